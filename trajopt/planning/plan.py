@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 from threading import Event
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeVar, overload, runtime_checkable
 
 import numpy as np
 
@@ -28,7 +28,27 @@ NO_BOUNDS = Budget()
 """The default budget: the seeds of the schedule, one after the other."""
 
 
-@named
+Outcome_co = TypeVar("Outcome_co", covariant=True)
+
+
+@runtime_checkable
+class Job(Protocol[Outcome_co]):
+    """Several motions that are planned together; `trajopt.tasks.Task` is one."""
+
+    def planned(
+        self,
+        *,
+        improve: bool = False,
+        rng: np.random.Generator | None = None,
+        budget: Budget = NO_BOUNDS,
+        cancel: Event | None = None,
+        progress: Progress | None = None,
+    ) -> Outcome_co:
+        """Plan all motions; the arguments are those of `plan`."""
+        ...
+
+
+@overload
 def plan(
     problem: Problem,
     *,
@@ -43,14 +63,47 @@ def plan(
     cancel: Event | None = None,
     progress: Progress | None = None,
     on_incumbent: Callable[[Result], None] | None = None,
-) -> Result:
-    """Plan a motion and have it judged.
+) -> Result: ...
+
+
+@overload
+def plan(
+    problem: Job[Outcome_co],
+    *,
+    improve: bool = False,
+    seconds: float | None = None,
+    rng: np.random.Generator | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+    progress: Progress | None = None,
+) -> Outcome_co: ...
+
+
+@named
+def plan(
+    problem: Problem | Job[Outcome_co],
+    *,
+    method: Method | str | None = None,
+    improve: bool = False,
+    every_goal: bool = False,
+    seeds: Sequence[SeedLike] = (),
+    experience: Remembers | None = None,
+    seconds: float | None = None,
+    rng: np.random.Generator | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+    progress: Progress | None = None,
+    on_incumbent: Callable[[Result], None] | None = None,
+) -> Result | Outcome_co:
+    """Plan a motion, or all motions of a task, and have them judged.
 
     Among objects that move, appear and expire the motion may begin later, stop or slow down on its way, or go
     around their paths; the fastest of these is returned. If a deadline is missed (`problem.finish_by`) and no
     method is named, shape and time are optimised together as well.
 
     Args:
+        problem: A problem, or a task (`trajopt.tasks.Task`), which takes only `improve`, `seconds`, `rng`,
+            `budget`, `cancel` and `progress`.
         method: A method or its name ("chomp"). When None sequential QP over knots, or for a start in motion
             the method that supports it; the result names it.
         improve: Whether to optimise shape and time together as well ("free-duration"), which takes a few
@@ -69,15 +122,26 @@ def plan(
         on_incumbent: Called with every verified motion that is better than the one before.
 
     Returns:
-        A result; `result.require()` returns the plan or raises with the reason.
+        A result; `result.require()` returns the plan or raises with the reason. Of a task a `TaskResult`.
 
     Raises:
         SolverNotFound: If the method's name is unknown.
         ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, the method's
-            plans cannot be improved, every goal is requested of one, or seeds with waypoints.
+            plans cannot be improved, every goal is requested of one, or seeds with waypoints, or a task does
+            not take an argument.
         ShapeError: If a seed does not fit the group's joints (`JointNotFound` if it does not name one).
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
+    if not isinstance(problem, Problem) and isinstance(problem, Job):  # pyright: ignore[reportUnnecessaryIsInstance]
+        of_problems = (
+            *(("method", method), ("experience", experience), ("on_incumbent", on_incumbent)),
+            *(("every_goal", every_goal or None), ("seeds", seeds or None)),
+        )
+        for name, value in of_problems:
+            if value is not None:
+                raise ProblemError(f"{name} is an argument for a problem; a task does not take it")
+        bounds = bounded(budget, seconds)
+        return problem.planned(improve=improve, rng=rng, budget=bounds, cancel=cancel, progress=progress)
     tracker = BudgetTracker(bounded(budget, seconds), cancel, progress)
     function("on_incumbent", on_incumbent)
     given = unless_none("rng", rng, np.random.Generator)

@@ -1,6 +1,6 @@
 """Candidates of a pick or a place: configurations that passed the cheap checks, then their motions."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from trajopt.geometry.geometry import gap, supports
@@ -108,13 +108,24 @@ def plan_pick(task: PickPlaceTask, candidate: PickCandidate) -> PlannedStages | 
     if isinstance(taken, Refusal):
         return taken
     grasped = start.after(taken)
-    held = lifting = scene.attach(task.name, gripper.tool, at=grasped.positions, touch_links=gripper.links)
-    for support in candidate.supports:
-        lifting = lifting.allow_contact(
-            f"{task.name} stood on {support}", task.name, support, first=task.options.contact_time
-        )
+    held = scene.attach(task.name, gripper.tool, at=grasped.positions, touch_links=gripper.links)
+    lifting = lifting_scene(held, task.name, candidate.supports, task.options.contact_time)
     lift = task.straight(Stage.LIFT, lifting, grasped, candidate.lifted, names)
     return lift if isinstance(lift, Refusal) else PlannedStages((*taken, lift), held)
+
+
+def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
+    """Return the scene in which an object in the hand may touch its supports at first.
+
+    Args:
+        held: The scene with the object in the hand.
+        name: The object.
+        supports: Objects that it stands on.
+        seconds: Duration of the contact since the beginning of the motion [s].
+    """
+    for support in supports:
+        held = held.allow_contact(f"{name} stood on {support}", name, support, first=seconds)
+    return held
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +159,7 @@ def place_candidates(
     """
     gripper = task.gripper
     stands_on = supports(held, task.name, held.placement_of(place.frame, start) * place.placement)
-    reduced = task.reduced(_lowering(task, held, stands_on), start)
+    reduced = task.reduced(lowering_scene(task, held, stands_on), start)
     kept = tuple(item for item in task.constraints if isinstance(item, Requirement))
     found = task.configurations(reduced, (place.requirement(task.name), *kept), Stage.LOWER, names)
     if isinstance(found, Refusal):
@@ -175,7 +186,7 @@ def place_candidates(
         yield PlaceCandidate(above, there, away, opening, stands_on)
 
 
-def _lowering(task: PickPlaceTask, held: Scene, supports: tuple[str, ...]) -> Scene:
+def lowering_scene(task: PickPlaceTask, held: Scene, supports: tuple[str, ...]) -> Scene:
     """Return the scene with the object in the hand, allowed to touch what it will stand on."""
     for support in supports:
         name = f"{task.name} stands on {support}"
@@ -191,7 +202,7 @@ def plan_place(
     names: CandidateNames,
 ) -> PlannedStages | Refusal:
     """Plan the motions of a candidate from a start, or return the reason why one fails."""
-    lowering, rest = _lowering(task, held, candidate.supports), task.options.release_time
+    lowering, rest = lowering_scene(task, held, candidate.supports), task.options.release_time
     carrying: tuple[Step, ...] = (
         lambda at: task.move(Stage.CARRY, held, at, candidate.above, names),
         lambda at: task.straight(Stage.LOWER, lowering, at, candidate.at, names, rest=rest),

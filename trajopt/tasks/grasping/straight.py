@@ -123,23 +123,38 @@ def straight_problem(
         goal: Positions of all joints at the end [rad | m].
         options: Deviation from the line, and speeds.
     """
-    begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
-    line = point_on_line(
-        tool, begin.translation, end.translation - begin.translation, tolerance=options.aside
-    )
-    level = frame_placement(tool, end, position_tolerance=np.inf, rotation_tolerance=options.turn)
     return Problem(
         scene=scene,
         group=group,
         start=start,
         goal=to_configuration(scene, group, goal),
-        constraints=(line, level, *constraints),
+        constraints=(*along_line(scene, start, goal, tool, options), *constraints),
         knots=KNOTS,
         velocity_scaling=options.velocity_scaling,
         acceleration_scaling=options.acceleration_scaling,
         tool_speed=options.tool_speed,
         name=name,
     )
+
+
+def along_line(
+    scene: Scene, start: Floats, goal: Floats, tool: str, options: GraspingOptions
+) -> tuple[Requirement, Requirement]:
+    """Return the requirements that the tool moves on the line between two configurations, without rotation.
+
+    Args:
+        scene: The scene.
+        start: Positions of all joints at the beginning [rad | m].
+        goal: Positions of all joints at the end [rad | m].
+        tool: The tool frame.
+        options: Deviation from the line.
+    """
+    begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
+    line = point_on_line(
+        tool, begin.translation, end.translation - begin.translation, tolerance=options.aside
+    )
+    level = frame_placement(tool, end, position_tolerance=np.inf, rotation_tolerance=options.turn)
+    return line, level
 
 
 def to_configuration(scene: Scene, group: str, positions: Floats) -> Requirement:

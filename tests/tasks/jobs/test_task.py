@@ -1,0 +1,273 @@
+"""Whole jobs: rests only where a stage needs one, choices, the state of the scene, and messages."""
+
+import json
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.files.export import export
+from trajopt.planning import Status
+from trajopt.tasks import (
+    AnyOrder,
+    AttachObject,
+    DetachObject,
+    Dwell,
+    Fallback,
+    FollowCurve,
+    MoveObject,
+    MoveTo,
+    OneOf,
+    PickObject,
+    PlaceObject,
+    SetGripper,
+    Stage,
+    Task,
+    TaskResult,
+    joint_travel,
+)
+from trajopt.tasks.cartesian import line
+from trajopt.tasks.grasping import Grasp, Place
+from trajopt.tasks.grasping.simulation import Hold, simulate_handling
+from trajopt.values.errors import NameNotFound, PlanningFailed, ProblemError
+
+DOWN = (np.pi, 0.0, 0.0)
+
+
+def over(x: float, y: float, z: float = 0.3) -> to.Placement:
+    return to.placement((x, y, z), rpy=DOWN)
+
+
+def task(cell: to.Scene, *stages: Stage, start: str = "ready", **options: object) -> Task:
+    return Task(scene=cell, group="panda_arm", start=start, stages=stages, **options)  # pyright: ignore
+
+
+@pytest.fixture(scope="module")
+def carried(cell: to.Scene, grasps: tuple[Grasp, ...]) -> TaskResult:
+    place = Place(placement=to.placement((0.5, 0.25, 0.06)))
+    stages = PickObject("cup", grasps), PlaceObject("cup", place), Dwell(0.25, name="wait"), MoveTo("ready")
+    return to.plan(task(cell, *stages))
+
+
+def test_moves_become_one_motion_and_rest_only_for_the_hand(carried: TaskResult) -> None:
+    assert carried.verified, carried.explain()
+    assert [segment.stages for segment in carried.segments] == [
+        ("pick cup: open",),
+        ("pick cup: reach", "pick cup: approach"),
+        ("pick cup: close",),
+        ("pick cup: lift", "place cup: carry", "place cup: lower"),
+        ("place cup: release",),
+        ("place cup: retreat",),
+        ("move to ready",),
+    ]
+    moving = carried.segments[3].trajectory
+    times = [end for _, end in carried.segments[3].ends[:-1]]
+    assert (np.abs(moving(np.array(times), 1)).max(axis=1) > 0.05).all(), "it does not rest on the way"
+
+
+def test_every_motion_is_proven_and_begins_where_the_last_one_ended(carried: TaskResult) -> None:
+    at = carried.start
+    for segment in carried.segments:
+        assert segment.result.require().certificate.verified
+        np.testing.assert_allclose(segment.positions(0.0), at, atol=1e-12)
+        assert np.abs(segment.trajectory(segment.trajectory.duration, 1)).max() < 1e-9
+        at = segment.end
+    np.testing.assert_array_equal(at, carried.final_positions)
+
+
+def test_the_stages_fill_the_time_of_the_task(carried: TaskResult) -> None:
+    stages = carried.stages
+    assert stages[0].begin == 0.0
+    assert stages[-1].end == pytest.approx(carried.duration)
+    for before, after in pairwise(stages):
+        assert before.end == pytest.approx(after.begin)
+    waited = next(stage for stage in stages if stage.name == "wait")
+    assert waited.end - waited.begin == pytest.approx(0.25)
+    assert "wait" in str(carried.explain())
+
+
+def test_the_trajectory_is_the_whole_task(carried: TaskResult, tmp_path: Path) -> None:
+    whole, begin = carried.trajectory, 0.0
+    assert whole.duration == pytest.approx(carried.duration)
+    index = carried.scene.robot.index(whole.joint_names)
+    for segment in carried.segments:
+        for t in np.linspace(0.0, segment.duration, 7):
+            np.testing.assert_allclose(whole(begin + t), segment.positions(t)[index], atol=1e-9)
+        begin += segment.duration
+    assert export(carried.trajectory, tmp_path / "task.csv", to="csv").path.exists()
+    assert json.loads(json.dumps(carried.as_dict()))["verified"] is True
+
+
+def test_the_cup_ends_at_its_place_and_friction_alone_carries_it(carried: TaskResult) -> None:
+    there = carried.final_scene.placement_of("cup", carried.final_positions)
+    np.testing.assert_allclose(there.translation, (0.5, 0.25, 0.06), atol=2e-3)
+    rolled = simulate_handling(carried.handling("cup"))
+    assert rolled.hold is Hold.HELD, rolled.summary()
+    with pytest.raises(NameNotFound, match="no picked object named 'table'"):
+        carried.handling("table")
+
+
+def test_a_task_is_faster_than_single_motions(cell: to.Scene) -> None:
+    stops = over(0.5, 0.2), over(0.5, 0.0), over(0.5, -0.2, 0.4)
+    through = to.plan(task(cell, *map(MoveTo, stops)))
+    rests = to.plan(task(cell, *(stage for stop in stops for stage in (MoveTo(stop), Dwell(1e-3)))))
+    assert len(through.require()) == 1
+    assert len(rests.require()) == 3
+    assert through.duration < 0.95 * rests.duration
+
+
+def test_improving_shortens_a_task(cell: to.Scene) -> None:
+    stages = MoveTo(over(0.5, 0.2)), MoveTo(over(0.5, -0.2, 0.4))
+    assert to.plan(task(cell, *stages), improve=True).duration < to.plan(task(cell, *stages)).duration
+
+
+def test_a_blend_shortens_straight_motions(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
+    exact, blended = (
+        to.plan(task(cell, PickObject("cup", grasps), blend=blend)).require() for blend in (0.0, 0.04)
+    )
+    ends = [over.positions(over.ends[0][1]) for over in (exact[1], blended[1])]
+    far, near = (cell.placement_of("panda_hand_tcp", at).translation[2] for at in ends)
+    assert far - near == pytest.approx(0.04, abs=2e-3)
+
+
+def test_one_of_takes_the_cheapest_and_fallback_the_first(cell: to.Scene) -> None:
+    far, near = MoveTo("extended", name="far"), MoveTo(over(0.45, 0.1), name="near")
+    assert to.plan(task(cell, OneOf([far, near]))).stages[0].name == "near"
+    assert to.plan(task(cell, OneOf([far, near], cost=joint_travel))).stages[0].name == "near"
+    assert to.plan(task(cell, Fallback([far, near]))).stages[0].name == "far"
+    below = MoveTo(over(0.5, 0.0, -0.2), name="below")
+    found = to.plan(task(cell, Fallback([below, [near, Dwell(0.1)]])))
+    assert [stage.name for stage in found.stages] == ["near", "dwell"]
+    assert {refusal.stage for refusal in found.refusals} == {"below"}
+
+
+def test_an_earlier_choice_is_revised(cell: to.Scene) -> None:
+    """The first alternative moves the door before the only way to the goal."""
+    shut = MoveObject("door", to.placement((0.45, 0.1, 0.3)), name="shut")
+    beside = MoveObject("door", to.placement((0.45, -0.6, 0.3)), name="beside")
+    room = cell.add("door", to.Box(0.2, 0.2, 0.2), to.placement((0.0, 0.9, 0.3)))
+    found = to.plan(task(room, Fallback([shut, beside]), MoveTo(over(0.45, 0.1), name="in")))
+    assert found.verified, found.explain()
+    assert found.final_scene.placement_of("door", found.final_positions).translation[1] == -0.6
+    assert [refusal.stage for refusal in found.refusals] == ["in"]
+
+
+def test_any_order_is_not_slower_than_the_given_one(cell: to.Scene) -> None:
+    rng = np.random.default_rng(3)
+    points = rng.uniform((0.35, -0.3), (0.65, 0.3), (10, 2)).tolist()
+    spots = [over(x, y, 0.25) for x, y in points]
+    moves = [MoveTo(spot, name=f"spot {k}") for k, spot in enumerate(spots)]
+    ordered = to.plan(task(cell, AnyOrder(moves, then="ready"), MoveTo("ready")))
+    given = to.plan(task(cell, *moves, MoveTo("ready")))
+    assert {stage.name for stage in ordered.stages} == {stage.name for stage in given.stages}
+    assert ordered.duration < 0.8 * given.duration
+    drilled = to.plan(task(cell, AnyOrder([[move, Dwell(0.1)] for move in moves])))
+    assert len(drilled.require()) == 10
+    assert all(segment.rest == 0.1 for segment in drilled.segments)
+
+
+def test_an_order_avoids_a_wall(cell: to.Scene) -> None:
+    """Two spots on each side of a wall: it is crossed once."""
+    walled = cell.add("wall", to.Box(0.3, 0.02, 0.5), to.placement((0.55, 0.0, 0.25)))
+    moves = [
+        MoveTo(over(x, y, 0.25), name=f"{side} {x}")
+        for x in (0.45, 0.6)
+        for side, y in (("left", 0.12), ("right", -0.12))
+    ]
+    found = to.plan(task(walled, AnyOrder(moves)))
+    sides = [stage.name.split()[0] for stage in found.stages]
+    assert found.verified, found.explain()
+    assert sum(a != b for a, b in pairwise(sides)) == 1, sides
+
+
+def test_a_suction_cup_attaches_and_detaches(cell: to.Scene) -> None:
+    on_top = MoveTo(over(0.5, -0.2, 0.145), name="on top")
+    stages = on_top, AttachObject("cup", "panda_hand_tcp"), MoveTo("ready"), MoveTo(over(0.5, 0.2, 0.2))
+    held = to.plan(task(cell, SetGripper(0.0), *stages))
+    assert held.verified, held.explain()
+    assert held.final_scene.holder("cup").link != "world"
+    down = to.plan(task(cell, SetGripper(0.0), *stages, DetachObject("cup")))
+    assert down.final_scene.holder("cup").link == "world"
+    assert down.final_scene.placement_of("cup", down.final_positions).translation[1] == pytest.approx(
+        0.2, abs=2e-3
+    )
+
+
+def test_a_curve_is_followed_after_the_way_to_its_beginning(cell: to.Scene) -> None:
+    seam = to.follows_curve("panda_hand_tcp", line(over(0.4, 0.1), over(0.55, 0.1)))
+    found = to.plan(task(cell, MoveTo("extended"), FollowCurve(seam, name="seam"), MoveTo("ready")))
+    assert [stage.name for stage in found.stages] == [
+        "move to extended",
+        "seam: approach",
+        "seam",
+        "move to ready",
+    ], found.explain()
+    assert len(found.segments) == 3
+    far = to.follows_curve("panda_hand_tcp", line(over(0.4, 0.1), over(1.4, 0.1)))
+    failed = to.plan(task(cell, FollowCurve(far, name="seam")))
+    assert not failed.verified
+    assert "seam" in failed.reason
+
+
+def test_a_failure_names_its_stage_once(cell: to.Scene) -> None:
+    failed = to.plan(task(cell, MoveTo(over(0.5, 0.1)), MoveTo(over(1.5, 0.0), name="too far")))
+    assert failed.status is Status.NO_INVERSE_KINEMATICS
+    assert str(failed.explain()).count("  too far: ") == 1
+    with pytest.raises(PlanningFailed, match="too far"):
+        failed.require()
+
+
+def test_a_budget_and_a_cancellation_end_it(cell: to.Scene) -> None:
+    stages = MoveTo(over(0.5, 0.1)), MoveTo("extended")
+    assert to.plan(task(cell, *stages), budget=to.Budget(work=1)).status is Status.OUT_OF_WORK
+    with pytest.raises(ProblemError, match="cannot improve"):
+        to.plan(task(cell, *stages), budget=to.Budget(improve=True, seconds=1.0))
+    with pytest.raises(ProblemError, match="method is an argument for a problem"):
+        to.plan(task(cell, *stages), method="chomp")  # pyright: ignore[reportCallIssue, reportArgumentType]
+
+
+Stages = Callable[[tuple[Grasp, ...], Place], Sequence[object]]
+BAD: dict[str, tuple[Stages, str]] = {
+    "nothing": (lambda _g, _p: [], "at least one stage"),
+    "no stage": (lambda _g, _p: ["ready"], "must be a Stage"),
+    "a place before its pick": (
+        lambda _g, p: [PlaceObject("cup", p)],
+        "'place cup': object 'cup' is not in a",
+    ),
+    "picked twice": (
+        lambda g, _p: [PickObject("cup", g), PickObject("cup", g)],
+        "'pick cup \\(2\\)': .* already",
+    ),
+    "unknown object": (lambda g, _p: [PickObject("cap", g)], "'pick cap': no object .* did you mean 'cup'"),
+    "unknown state": (lambda _g, _p: [MoveTo("redy")], "'move to redy': no state .*'ready'"),
+    "too wide": (lambda _g, _p: [SetGripper(0.5)], "'gripper': opening: 0.5 m"),
+    "pick in any order": (lambda g, _p: [AnyOrder([PickObject("cup", g)])], "item 1 begins with PickObject"),
+    "detached before": (lambda _g, _p: [DetachObject("cup")], "'detach cup': object 'cup' is not attached"),
+    "held or not": (
+        lambda g, _p: [OneOf([MoveTo("ready"), PickObject("cup", g)])],
+        "'one of': the alternatives end with different objects in the hand: cup or nothing",
+    ),
+    "a set": (lambda _g, _p: [MoveTo(to.any_of({"a": "ready", "b": "extended"}))], "use OneOf"),  # pyright: ignore
+    "a pause of nothing": (lambda _g, _p: [Dwell(0.0)], "seconds must be positive"),
+}
+
+
+@pytest.mark.parametrize("bad", BAD)
+def test_a_bad_task_is_refused_in_a_sentence_that_names_the_stage(
+    bad: str, cell: to.Scene, grasps: tuple[Grasp, ...], there: Place
+) -> None:
+    stages, words = BAD[bad]
+    with pytest.raises(ProblemError, match=words):
+        task(cell, *stages(grasps, there))  # pyright: ignore[reportArgumentType]
+
+
+def test_the_rest_in_a_moving_world_is_proven(cell: to.Scene) -> None:
+    """A ball passes while the arm waits; the next motion meets the world at its time."""
+    track = to.Track.constant_velocity(to.placement((0.9, 0.8, 0.6)), (0.0, -0.5, 0.0), end=20.0)
+    moving = cell.add("ball", to.Sphere(0.05), motion=track)
+    found = to.plan(task(moving, MoveTo(over(0.5, 0.2)), Dwell(0.5), MoveTo("ready")))
+    assert found.verified, found.explain()
+    assert len(found.segments) == 2

@@ -1,0 +1,279 @@
+"""Stages in any order: order and postures are searched together, by bounds of the times between them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.geometry import WorkCounts, evaluator
+from trajopt.optimise.kinematics.projection import Projection
+from trajopt.optimise.kinematics.validity import clear
+from trajopt.planning.status import Status
+from trajopt.problem.problem import Problem
+from trajopt.robot.configuration import ConfigurationLike, stated_configuration
+from trajopt.robot.joints import JointLimits
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.tasks.grasping.straight import to_configuration
+from trajopt.tasks.jobs.result import StageRefusal
+from trajopt.tasks.jobs.search import Stage, TaskSearch, TaskState, Way, in_sequence
+from trajopt.tasks.jobs.stages import Dwell, Item, MoveTo, as_items, held_after_each
+from trajopt.tasks.jobs.tour import Tours
+from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.values.errors import ProblemError, shown
+
+POSTURES = 12
+"""Largest number of configurations of an item: an arm of six joints has eight branches, and the rest are free
+turns about the tool axis.
+"""
+ROUNDS = 6
+"""Largest number of searches for an order, each with more of the true times."""
+STRIDE = 0.05
+"""Distance of the configurations that are checked on the straight way between two postures [rad | m]."""
+NO_WAY = 1e3
+"""Cost of a way without a motion [s]: longer than any motion, so that a tour avoids it if it can."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedItem:
+    """An item with a configuration for each of its moves.
+
+    Attributes:
+        moves: Configuration of the arm at the end of each move, shape (k, n).
+        inside: Bound of the time from the first to the last [s].
+    """
+
+    moves: Floats
+    inside: float
+
+
+@dataclass(frozen=True, eq=False)
+class AnyOrder(Value):
+    """Items in the order, and in the postures, that take the least time.
+
+    Each item begins with `MoveTo`, followed by more of these or `Dwell`.
+
+    Attributes:
+        items: The items, each a stage or several in sequence.
+        name: Name of the stage.
+        then: Configuration to which the arm goes afterwards, for the choice of the order; anywhere if None.
+    """
+
+    items: Sequence[Item]
+    name: str = ""
+    then: ConfigurationLike | None = None
+    default_name = "any order"
+
+    def __post_init__(self) -> None:
+        """Check the kinds of stages."""
+        items = as_items(self.items)
+        for number, item in enumerate(items, start=1):
+            if not isinstance(item[0], MoveTo):
+                raise ProblemError(
+                    f"item {number} begins with {type(item[0]).__name__}: items in any order "
+                    "begin with MoveTo"
+                )
+            for stage in item:
+                if not isinstance(stage, MoveTo | Dwell):
+                    raise ProblemError(
+                        f"item {number} has a {type(stage).__name__}: items in any order "
+                        "have MoveTo and Dwell only"
+                    )
+        object.__setattr__(self, "items", items)
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the items; see `Task`."""
+        self._end(scene, group)
+        for _ in held_after_each(self.items, scene, group, held):
+            pass
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the items in the best order with their postures; then in that order with any."""
+        items = as_items(self.items)
+        placed: list[list[PlacedItem]] = []
+        for item in items:
+            found = _postures(item, search, state)
+            if isinstance(found, StageRefusal):
+                yield found
+                return
+            placed.append(found)
+        reduced = search.reduced(state.scene, state.positions)
+        rests = any(isinstance(stage, Dwell) for item in items for stage in item)
+        order = _Ordering(search, reduced, placed, rests, self._end(state.scene, search.group))
+        chosen = order.searched()
+        yield from in_sequence([s for n, at in chosen for s in _pinned(items[n], at)], search, state)
+        yield from in_sequence([stage for n, _ in chosen for stage in items[n]], search, state)
+
+    def _end(self, scene: Scene, group: str) -> Floats | None:
+        """Return the configuration of the arm after the items, shape (n,); None for anywhere."""
+        if self.then is None:
+            return None
+        robot = scene.robot
+        return stated_configuration(robot, "then", self.then, group=group)[
+            robot.index(robot.group(group).joints)
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class _Pinned:
+    """A move to a configuration that is chosen already."""
+
+    move: MoveTo
+    positions: Floats
+
+    @property
+    def name(self) -> str:
+        return self.move.name
+
+    @property
+    def default_name(self) -> str:
+        return self.move.default_name
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        return self.move.held_after(scene, group, held)
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        reduced = search.reduced(state.scene, state.positions)
+        yield self.move.leg(state, reduced.all_positions(self.positions))
+
+
+def _pinned(item: Sequence[Stage], placed: PlacedItem) -> Iterator[Stage]:
+    rows = iter(placed.moves)
+    for stage in item:
+        yield _Pinned(stage, readonly(next(rows))) if isinstance(stage, MoveTo) else stage
+
+
+def _postures(item: Sequence[Stage], search: TaskSearch, state: TaskState) -> list[PlacedItem] | StageRefusal:
+    """Return the postures of an item: configurations of its first move, and from each those of the others."""
+    reduced = search.reduced(state.scene, state.positions)
+    moves = [stage for stage in item if isinstance(stage, MoveTo)]
+    first = moves[0]
+    found = search.configurations(reduced, first.requirements(state.scene, search.group), first.name)
+    if isinstance(found, StageRefusal):
+        return found
+    rows = np.array(found[:POSTURES])[:, None]
+    counts = WorkCounts()
+    query = evaluator(reduced, counts)
+    for move in moves[1:]:
+        goals = move.requirements(state.scene, search.group)
+        projected = Projection(reduced, goals, query)(rows[:, -1])
+        met = (projected.violation == 0.0) & clear(query, projected.positions, reduced.pairs.required)
+        if not met.any():
+            search.tracker.count_work(counts)
+            near = f"no free configuration was found near those of {shown(moves[0].name)}"
+            return StageRefusal(move.name, Status.NO_INVERSE_KINEMATICS, near)
+        rows = np.concatenate((rows, projected.positions[:, None]), axis=1)[met]
+    search.tracker.count_work(counts)
+    limits = reduced.limits
+    return [PlacedItem(row, float(travel_time(row[:-1], row[1:], limits, rests=True).sum())) for row in rows]
+
+
+def travel_time(start: Floats, end: Floats, limits: JointLimits, *, rests: bool) -> Floats:
+    """Return the least time from configurations to others within the limits of velocity and acceleration.
+
+    From rest to rest at most at speed v with acceleration a a joint needs d/v + v/a for a distance d of at
+    least v^2/a, else 2 sqrt(d/a) (Biagiotti and Melchiorri 2008, section 3.2); in passing it needs d/v.
+
+    Args:
+        start: Shape (..., n) [rad | m].
+        end: Shape (..., n) [rad | m].
+        limits: Limits of the n joints.
+        rests: Whether the arm rests at both.
+
+    Returns:
+        Shape (...,) [s].
+    """
+    way = np.abs(end - start)
+    speed, rate = limits.velocity, limits.acceleration
+    if not rests:
+        return (way / speed).max(axis=-1)
+    with np.errstate(invalid="ignore"):
+        cruising = np.where(way * rate >= speed**2, way / speed + speed / rate, 2.0 * np.sqrt(way / rate))
+    return np.where(np.isfinite(rate), cruising, way / speed).max(axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Ordering:
+    """Search for the order and the postures of items.
+
+    Attributes:
+        search: The search that it is part of.
+        reduced: The arm, with the configuration before as its start.
+        placed: Postures of each item.
+        rests: Whether the arm rests at items.
+        end: Configuration afterwards, shape (n,); None for anywhere.
+    """
+
+    search: TaskSearch
+    reduced: ReducedModel
+    placed: list[list[PlacedItem]]
+    rests: bool
+    end: Floats | None
+
+    def searched(self) -> list[tuple[int, PlacedItem]]:
+        """Return the items in order with their postures.
+
+        The times between them are bounds first. A way of the best order that is not free gets the duration
+        of its planned motion, and the search is repeated.
+        """
+        nodes = [(group, item) for group, items in enumerate(self.placed) for item in items]
+        groups = np.array([group for group, _ in nodes])
+        entries = np.array([item.moves[0] for _, item in nodes])
+        exits = np.array([item.moves[-1] for _, item in nodes])
+        inside = np.array([item.inside for _, item in nodes])
+        begin = self.reduced.start_positions
+        start = self._time(begin, entries) + inside
+        between = self._time(exits[:, None], entries[None]) + inside
+        end = np.zeros(len(nodes)) if self.end is None else self._time(exits, self.end)
+        tours = Tours(groups, start, between, end)
+        known: set[tuple[int, int]] = set()
+        tour = tours.shortest(self.search.rng)
+        for _ in range(ROUNDS):
+            ways = [
+                way for way in zip(tour[:-1].tolist(), tour[1:].tolist(), strict=True) if way not in known
+            ]
+            known.update(ways)
+            blocked = [
+                way for way, free in zip(ways, self._free(exits, entries, ways), strict=True) if not free
+            ]
+            if not blocked:
+                break
+            for before, after in blocked:
+                between[before, after] = self._planned(exits[before], entries[after]) + inside[after]
+            tour = tours.shortest(self.search.rng)
+        return [nodes[node] for node in tour]
+
+    def _time(self, start: Floats, end: Floats) -> Floats:
+        return travel_time(start, end, self.reduced.limits, rests=self.rests)
+
+    def _free(self, exits: Floats, entries: Floats, ways: Sequence[tuple[int, int]]) -> list[bool]:
+        """Return whether the straight ways in joint space touch nothing, at samples of each."""
+        counts = WorkCounts()
+        query = evaluator(self.reduced, counts)
+        free: list[bool] = []
+        for before, after in ways:
+            far = float(np.abs(entries[after] - exits[before]).max())
+            shares = np.linspace(0.0, 1.0, 2 + int(far / STRIDE))[:, None]
+            rows = exits[before] + shares * (entries[after] - exits[before])
+            free.append(bool(clear(query, rows, self.reduced.pairs.required).all()))
+            self.search.tracker.check(counts)
+        self.search.tracker.count_work(counts)
+        return free
+
+    def _planned(self, start: Floats, end: Floats) -> float:
+        """Return the duration of a planned motion from rest to rest [s]."""
+        reduced, search = self.reduced, self.search
+        goal = to_configuration(reduced.scene, search.group, reduced.all_positions(end))
+        problem = Problem(
+            scene=reduced.scene,
+            group=search.group,
+            start=reduced.all_positions(start),
+            goal=goal,
+            constraints=search.constraints,
+            velocity_scaling=search.options.velocity_scaling,
+            acceleration_scaling=search.options.acceleration_scaling,
+            tool_speed=search.options.tool_speed,
+        )
+        result = search.plan(problem)
+        return result.require().trajectory.duration if result.verified else NO_WAY

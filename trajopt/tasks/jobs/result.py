@@ -1,0 +1,375 @@
+"""Result of a task: its motions in order with the times of its stages, or the reason why there are none."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from trajopt.planning.budget import Stop
+from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, OutcomeSummary, Status
+from trajopt.scene.scene import Scene
+from trajopt.tasks.grasping.grasp import Grasp, Place
+from trajopt.tasks.grasping.gripper import Gripper
+from trajopt.tasks.grasping.result import PickPlaceResult, Segment, Stage
+from trajopt.values.arrays import Floats, Ints, Value, readonly
+from trajopt.values.errors import NameNotFound, PlanningFailed, shown
+from trajopt.values.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Pause:
+    """A rest at the end of a motion.
+
+    Attributes:
+        stage: Stage that it is counted to; empty for the stage that ends with the motion.
+        seconds: Duration [s].
+    """
+
+    stage: str
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class TaskSegment(Value):
+    """One motion of a task from rest to rest, through the ends of its stages.
+
+    Attributes:
+        stages: Names of the stages that it moves through, in order; the last one ends with it.
+        result: The planning result, with the scene of this motion and the judge's certificate.
+        pauses: Rests at its end before the next motion.
+    """
+
+    stages: tuple[str, ...]
+    result: Result
+    pauses: tuple[Pause, ...] = ()
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion, of the joints of its group."""
+        return self.result.require().trajectory
+
+    @property
+    def rest(self) -> float:
+        """Time at its end for which the arm rests [s]."""
+        return sum(pause.seconds for pause in self.pauses)
+
+    @property
+    def duration(self) -> float:
+        """Of motion and rest [s]."""
+        return self.trajectory.duration + self.rest
+
+    def positions(self, time: float) -> Floats:
+        """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
+        return self.result.problem.reduced.all_positions(self.trajectory(time))
+
+    @property
+    def end(self) -> Floats:
+        """Positions of all joints at its end, shape (number of joints,) [rad | m]."""
+        return self.positions(self.trajectory.duration)
+
+    @property
+    def ends(self) -> tuple[tuple[str, float], ...]:
+        """Stages and pauses with their end times since the beginning of the motion [s]."""
+        certificate = self.result.require().certificate
+        on_the_way = [
+            next(
+                check.time
+                for check in certificate.checks
+                if check.time is not None and check.name.startswith(f"waypoint {stage}: ")
+            )
+            for stage in self.stages[:-1]
+        ]
+        ends = dict(zip(self.stages, (*on_the_way, self.trajectory.duration), strict=True))
+        for pause in self.pauses:
+            stage = pause.stage or self.stages[-1]
+            ends[stage] = max(ends.values()) + pause.seconds
+        return tuple(ends.items())
+
+
+@dataclass(frozen=True)
+class StageTime:
+    """When a stage takes place.
+
+    Attributes:
+        name: The stage.
+        begin: Its begin since the start of the task [s].
+        end: Its end, rest included [s].
+    """
+
+    name: str
+    begin: float
+    end: float
+
+    def __str__(self) -> str:
+        """Return one line of a table of cycle times."""
+        return f"{self.begin:8.2f} s {self.end - self.begin:8.2f} s  {self.name}"
+
+
+@dataclass(frozen=True, eq=False)
+class Handling(Value):
+    """How an object was picked and placed.
+
+    Attributes:
+        scene: The scene before.
+        start: Positions of all joints before [rad | m].
+        begin: Index of the first motion.
+        gripper: The gripper.
+        picked: Name of the stage that picks it.
+        grasp: The grasp.
+        place: The place; None if the object stays in the hand.
+        placed: Name of the stage that places it; empty if it stays in the hand.
+    """
+
+    scene: Scene
+    start: Floats
+    begin: int
+    gripper: Gripper
+    picked: str
+    grasp: Grasp
+    place: Place | None = None
+    placed: str = ""
+
+    def stage(self, segment: TaskSegment) -> Stage | None:
+        """Return the stage of pick and place that a motion belongs to; None if it belongs to none."""
+        found = [
+            Stage[name.rpartition(": ")[2].upper()]
+            for name in segment.stages
+            if name.rpartition(": ")[0] in {self.picked, self.placed}
+        ]
+        return found[-1] if found else None
+
+
+@dataclass(frozen=True, eq=False)
+class StageRefusal(Value):
+    """The reason why one way to do a stage was rejected.
+
+    Attributes:
+        stage: Name of the stage.
+        status: The kind of failure.
+        reason: The failure in words.
+        result: The planning result; None if no motion was planned.
+    """
+
+    stage: str
+    status: Status
+    reason: str
+    result: Result | None = None
+
+    def __str__(self) -> str:
+        """Return one line."""
+        return f"{self.stage}: {self.reason}"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TaskResult(Value):
+    """A planned task, or the reason why there is no plan.
+
+    Attributes:
+        name: The task.
+        scene: The scene before.
+        final_scene: The scene after, with the clock at the end of the task; the scene before without a plan.
+        start: Positions of all joints before, shape (number of joints,) [rad | m].
+        status: The status of planning: without a plan, that of the stage that failed last in the task.
+        segments: The motions, in order; empty without a plan.
+        refusals: The rejected ways to do stages, with reasons, in the order of the search.
+        counts: Exact numbers of the work done.
+        cpu_seconds: Process time of each stage of planning [s].
+        group: The arm's planning group.
+        handled: How each picked object was handled last.
+        stopped: The cause of an early end of planning; None without one.
+    """
+
+    name: str
+    scene: Scene
+    final_scene: Scene
+    start: Floats
+    status: Status
+    segments: tuple[TaskSegment, ...]
+    refusals: tuple[StageRefusal, ...]
+    counts: Mapping[str, int]
+    cpu_seconds: Mapping[str, float]
+    group: str
+    handled: Mapping[str, Handling] = field(default_factory=dict[str, Handling])
+    stopped: Stop | None = None
+
+    @property
+    def verified(self) -> bool:
+        """Whether there is a plan, each motion of which the judge verified in the scene of its time."""
+        return self.status is Status.SOLVED
+
+    def require(self) -> tuple[TaskSegment, ...]:
+        """Return the motions.
+
+        Raises:
+            PlanningFailed: If there is no verified plan; carries this result.
+        """
+        if not self.verified:
+            raise PlanningFailed(str(self.explain()), self)
+        return self.segments
+
+    @property
+    def duration(self) -> float:
+        """Of the whole task [s]."""
+        return sum(segment.duration for segment in self.require())
+
+    @cached_property
+    def stages(self) -> tuple[StageTime, ...]:
+        """Begin and end of each stage that moves or rests, in order."""
+        begins = np.cumsum([0.0, *(segment.duration for segment in self.require())])
+        found: list[StageTime] = []
+        for begin, segment in zip(begins.tolist(), self.segments, strict=False):
+            since = 0.0
+            for name, end in segment.ends:
+                found.append(StageTime(name, begin + since, begin + end))
+                since = end
+        return tuple(found)
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """The whole task as one motion of all joints that move in it, rests included."""
+        segments = self.require()
+        robot = self.scene.robot
+        joints = tuple(
+            name
+            for name in robot.joint_names
+            if any(name in segment.result.problem.reduced.joint_names for segment in segments)
+        )
+        whole: Trajectory | None = None
+        for segment in segments:
+            part = _of_joints(segment, joints, robot.index(joints))
+            whole = part if whole is None else whole.followed_by(part)
+        assert whole is not None
+        return whole
+
+    def handling(self, name: str) -> PickPlaceResult:
+        """Return the part of the task in which an object is picked and placed last, for `simulate_handling`.
+
+        Args:
+            name: The object.
+
+        Raises:
+            PlanningFailed: If there is no plan.
+            NameNotFound: If no stage picks the object.
+        """
+        segments = self.require()
+        if name not in self.handled:
+            raise NameNotFound("picked object", name, self.handled)
+        item = self.handled[name]
+        stages = [item.stage(segment) for segment in segments]
+        last = max(index for index, stage in enumerate(stages) if stage is not None)
+        # Motions in between belong to other stages, during which the object is in the hand.
+        part = [
+            Segment(stage or Stage.CARRY, segment.result, segment.rest)
+            for stage, segment in zip(
+                stages[item.begin : last + 1], segments[item.begin : last + 1], strict=True
+            )
+        ]
+        return PickPlaceResult(
+            name=name,
+            scene=item.scene,
+            final_scene=self.final_scene,
+            start=item.start,
+            group=self.group,
+            gripper=item.gripper,
+            status=Status.SOLVED,
+            grasp=item.grasp,
+            place=item.place,
+            segments=tuple(part),
+            refusals=(),
+            counts={},
+            cpu_seconds={},
+        )
+
+    @property
+    def final_positions(self) -> Floats:
+        """Positions of all joints after, shape (number of joints,) [rad | m]."""
+        return self.require()[-1].end
+
+    @property
+    def final_state(self) -> Mapping[str, float]:
+        """Joint -> position of all joints after [rad | m]."""
+        joints = self.final_scene.robot.joint_names
+        return dict(zip(joints, map(float, self.final_positions), strict=True))
+
+    @property
+    def reason(self) -> str:
+        """The outcome in a sentence."""
+        if self.verified:
+            return f"{shown(self.name)} takes {self.duration:.2f} s in {len(self.segments)} motions"
+        if not self.refusals:
+            return f"{self.status.name}: nothing was attempted"
+        last = self.refusals[-1].stage
+        return f"{self.status.name}: {next(item for item in self.refusals if item.stage == last)}"
+
+    def explain(self) -> OutcomeSummary:
+        """Return the cycle times, or the reasons of the rejected ways, for printing."""
+        if self.verified:
+            grounds = "the judge verified every motion in the scene of its time"
+            details: Sequence[str] = tuple(map(str, self.stages))
+        else:
+            ended = "" if self.stopped is None else "; the search was not finished"
+            grounds = f"{len(self.refusals)} ways were tried and rejected{ended}"
+            details = self._causes()
+        return OutcomeSummary(
+            status=self.status,
+            reason=self.reason,
+            certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
+            grounds=grounds,
+            details=tuple(details),
+        )
+
+    def _causes(self) -> tuple[str, ...]:
+        """Return the first refusal of each stage and kind of failure, with the number of ways."""
+        found: dict[tuple[str, Status], list[StageRefusal]] = {}
+        for item in self.refusals:
+            found.setdefault((item.stage, item.status), []).append(item)
+        return tuple(
+            f"{items[0]}{f' ({len(items)} ways)' if len(items) > 1 else ''}" for items in found.values()
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold: motions, cycle times, and rejected ways."""
+        return {
+            "task": self.name,
+            "status": self.status.name,
+            "verified": self.verified,
+            "message": str(self.explain()),
+            "stages": [
+                {"name": item.name, "begin": item.begin, "end": item.end}
+                for item in (self.stages if self.verified else ())
+            ],
+            "segments": [
+                {"stages": list(item.stages), "rest": item.rest, **item.result.as_dict()}
+                for item in self.segments
+            ],
+            "refusals": [
+                {"stage": item.stage, "status": item.status.name, "reason": item.reason}
+                for item in self.refusals
+            ],
+            "counts": dict(self.counts),
+            "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
+            "stopped": None if self.stopped is None else self.stopped.name,
+        }
+
+
+def _of_joints(segment: TaskSegment, joints: tuple[str, ...], index: Ints) -> Trajectory:
+    """Return a motion and its rest for more joints than move in it; the others stay where they are."""
+    moving, reduced = segment.trajectory, segment.result.problem.reduced
+    assert moving.velocities is not None
+    assert moving.accelerations is not None
+    columns = [joints.index(name) for name in moving.joint_names]
+    positions = np.tile(reduced.all_positions(moving.positions[0])[index], (len(moving.times), 1))
+    velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
+    positions[:, columns] = moving.positions
+    velocities[:, columns], accelerations[:, columns] = moving.velocities, moving.accelerations
+    times = moving.times
+    if segment.rest > 0.0:
+        times = np.append(times, segment.duration)
+        positions = np.concatenate((positions, positions[-1:]))
+        velocities = np.concatenate((velocities, np.zeros_like(velocities[:1])))
+        accelerations = np.concatenate((accelerations, np.zeros_like(accelerations[:1])))
+    return Trajectory(
+        joints, readonly(times), readonly(positions), readonly(velocities), readonly(accelerations)
+    )

@@ -1,0 +1,307 @@
+"""Search for a plan of a task: stages in order, each in one of its ways, motions without needless rests."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from trajopt.geometry import WorkCounts, evaluator
+from trajopt.optimise.kinematics.inverse import goal_candidates
+from trajopt.optimise.terms.joint_positions import fixed_positions
+from trajopt.planning.budget import BudgetTracker, Stopped
+from trajopt.planning.infeasibility import reasons
+from trajopt.planning.plan import plan
+from trajopt.planning.result import Result
+from trajopt.planning.status import Status
+from trajopt.problem.problem import PathConstraint, Problem
+from trajopt.problem.requirements import Requirement, during
+from trajopt.scene.clearances import ContactAllowance
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
+from trajopt.scene.scene import Scene
+from trajopt.tasks.grasping.grasp import GraspingOptions
+from trajopt.tasks.grasping.straight import to_configuration
+from trajopt.tasks.grasping.task import ATTEMPTS, later
+from trajopt.tasks.jobs.result import Handling, Pause, StageRefusal, TaskSegment
+from trajopt.values.arrays import Floats
+
+DEAD_ENDS = 4
+"""Number of times that all ways of a stage may fail before the search ends.
+
+Each time an earlier stage was done in another way, which is rarely the remedy.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A motion of the arm to a configuration that is not planned yet.
+
+    Attributes:
+        stage: Name of its stage.
+        goal: Positions of all joints at its end [rad | m].
+        scene: Scene of this leg, with its margins and allowed contacts.
+        constraints: Requirements on the way.
+    """
+
+    stage: str
+    goal: Floats
+    scene: Scene
+    constraints: tuple[PathConstraint, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class TaskState:
+    """State of a task after some of its stages.
+
+    Attributes:
+        scene: The scene, with the clock of the beginning of the task.
+        positions: Of all joints, at the end of the legs [rad | m].
+        rested: Of all joints, at the end of the planned motions [rad | m].
+        segments: The planned motions.
+        legs: Legs after them, which are planned together when something needs a rest.
+        handled: How each object was picked and placed last.
+        lifting: Contacts with supports that the next motion may begin with.
+    """
+
+    scene: Scene
+    positions: Floats
+    rested: Floats
+    segments: tuple[TaskSegment, ...] = ()
+    legs: tuple[Leg, ...] = ()
+    handled: Mapping[str, Handling] = field(default_factory=dict[str, Handling])
+    lifting: tuple[ContactAllowance, ...] = ()
+
+    @property
+    def time(self) -> float:
+        """End of the planned motions [s]."""
+        return sum(segment.duration for segment in self.segments)
+
+    def after(self, segment: TaskSegment) -> "TaskState":
+        """Return the state after one more motion."""
+        return replace(
+            self,
+            positions=segment.end,
+            rested=segment.end,
+            segments=(*self.segments, segment),
+            legs=(),
+            lifting=(),
+        )
+
+    def to(self, leg: Leg) -> "TaskState":
+        """Return the state after one more leg."""
+        return replace(self, positions=leg.goal, legs=(*self.legs, leg))
+
+
+Way = TaskState | StageRefusal
+"""A way to do a stage: the state after it, or the reason why it is rejected."""
+
+
+@runtime_checkable
+class Stage(Protocol):
+    """A stage of a task."""
+
+    @property
+    def name(self) -> str:
+        """Its name, unique in the task."""
+        ...
+
+    @property
+    def default_name(self) -> str:
+        """Name if none is given."""
+        ...
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the stage against the scene before the task, and return the objects that are held after it.
+
+        Args:
+            scene: The scene before the task.
+            group: The arm's planning group.
+            held: Objects that are attached before the stage.
+
+        Raises:
+            TrajoptError: If the stage cannot be done.
+        """
+        ...
+
+    def ways(self, search: "TaskSearch", state: TaskState) -> Iterator[Way]:
+        """Yield the ways to do the stage from a state, the preferred first."""
+        ...
+
+
+def in_sequence(stages: Sequence[Stage], search: "TaskSearch", state: TaskState) -> Iterator[Way]:
+    """Yield the ways to do stages one after the other, by depth-first search over the ways of each.
+
+    Args:
+        stages: The stages.
+        search: The search.
+        state: The state before.
+    """
+    if not stages:
+        yield state
+        return
+    dead_ends = [0] * len(stages)
+    reached = False
+    trail = [stages[0].ways(search, state)]
+    while trail:
+        way = next(trail[-1], None)
+        if way is None:
+            depth = len(trail) - 1
+            trail.pop()
+            dead_ends[depth] += not reached
+            if dead_ends[depth] >= DEAD_ENDS:
+                return
+        elif isinstance(way, StageRefusal):
+            reached = False
+            yield way
+        elif len(trail) == len(stages):
+            reached = True
+            yield way
+        else:
+            trail.append(stages[len(trail)].ways(search, way))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TaskSearch:
+    """The data shared by all stages of one call of planning.
+
+    Attributes:
+        group: The arm's planning group.
+        constraints: Path constraints of all its motions.
+        options: Speeds, tolerances and times.
+        rng: Draws the starts of inverse kinematics, and the bends of seeds.
+        tracker: Counts work and time, and ends the search when the budget is used up.
+        blend: Distance from the end of a straight motion within which the arm may leave the line [m].
+        improve: Whether shape and time of each motion are optimised together.
+    """
+
+    group: str
+    constraints: tuple[PathConstraint, ...]
+    options: GraspingOptions
+    rng: np.random.Generator
+    tracker: BudgetTracker
+    blend: float = 0.0
+    improve: bool = False
+
+    def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
+        """Return the reduced model of the arm, with the other joints at the given positions."""
+        return reduce_model(scene, self.group, positions)
+
+    def configurations(
+        self, reduced: ReducedModel, goals: Sequence[Requirement], stage: str
+    ) -> Sequence[Floats] | StageRefusal:
+        """Search configurations of the arm that meet goals and the path constraints, the nearest first.
+
+        Returns:
+            Configurations, shape (n,) each, or the reason why there are none.
+
+        Raises:
+            Stopped: If the budget ends.
+        """
+        wanted = (*goals, *(item for item in self.constraints if isinstance(item, Requirement)))
+        counts = WorkCounts()
+        query = evaluator(reduced, counts)
+        with self.tracker.stage("inverse kinematics"):
+            try:
+                found = goal_candidates(query, wanted, rng=self.rng, check=lambda: self.tracker.check(counts))
+            finally:
+                self.tracker.count_work(counts)
+        if found.free:
+            fixed = fixed_positions(goals, reduced)
+            return found.free if fixed is None else (fixed,)
+        status = Status.NO_INVERSE_KINEMATICS if found.blocking is None else Status.GOAL_IN_COLLISION
+        return StageRefusal(stage, status, reasons.no_goal_configuration(reduced, found, wanted))
+
+    def rested(self, state: TaskState, rest: float = 0.0, name: str = "") -> Way:
+        """Plan the legs of a state, and rest at their end.
+
+        All legs are planned as one motion that passes their ends. If that fails, the motion rests in the
+        middle of them, and so on.
+
+        Args:
+            state: The state.
+            rest: Time at the end for which the arm rests [s].
+            name: Stage that this time is counted to; the last leg's if empty.
+
+        Raises:
+            Stopped: If the budget ends.
+        """
+        pause = Pause(name, rest)
+        if not state.legs:
+            return self._waited(state, pause) if rest > 0.0 else state
+        return self._planned(replace(state, legs=()), state.legs, pause)
+
+    def _waited(self, state: TaskState, pause: Pause) -> Way:
+        """Rest longer at the end of the last motion."""
+        last = next(reversed(state.segments), None)
+        if last is None or state.scene.changing:
+            still = Leg(pause.stage, state.positions, state.scene)
+            return self._planned(state, (still,), pause)
+        longer = replace(last, pauses=(*last.pauses, pause))
+        return replace(state, segments=(*state.segments[:-1], longer))
+
+    def _planned(self, state: TaskState, legs: tuple[Leg, ...], pause: Pause) -> Way:
+        problem = self._problem(state, legs, pause.seconds)
+        result = self.plan(problem)
+        if result.verified:
+            segment = TaskSegment(tuple(leg.stage for leg in legs), result, (pause,))
+            return state.after(segment)
+        if len(legs) == 1:
+            return StageRefusal(legs[0].stage, result.status, result.reason, result)
+        middle = len(legs) // 2
+        half = self._planned(state, legs[:middle], Pause("", 0.0))
+        return half if isinstance(half, StageRefusal) else self._planned(half, legs[middle:], pause)
+
+    def _problem(self, state: TaskState, legs: tuple[Leg, ...], rest: float) -> Problem:
+        """State one motion through the ends of legs."""
+        margins: dict[frozenset[str], float] = {}
+        for pair, gap in (item for leg in legs for item in leg.scene.pair_margins.items()):
+            margins[pair] = min(gap, margins.get(pair, gap))
+        contacts = (*state.lifting, *(item for leg in legs for item in leg.scene.allowances))
+        scene = replace(
+            state.scene,
+            pair_margins=margins,
+            allowances=tuple({item.name: item for item in contacts}.values()),
+        )
+        names = [leg.stage for leg in legs[:-1]]
+        goals = [to_configuration(scene, self.group, leg.goal) for leg in legs]
+        parts = [
+            during(item, after=after, until=until) if names else item
+            for leg, after, until in zip(legs, (None, *names), (*names, None), strict=True)
+            for item in leg.constraints
+        ]
+        options = self.options
+        return Problem(
+            scene=later(scene, state.time),
+            group=self.group,
+            start=state.rested,
+            goal=goals[-1],
+            waypoints=dict(zip(names, goals[:-1], strict=True)),
+            constraints=(*self.constraints, *parts),
+            velocity_scaling=options.velocity_scaling,
+            acceleration_scaling=options.acceleration_scaling,
+            tool_speed=options.tool_speed,
+            dwell=rest if scene.changing else 0.0,
+            name=legs[-1].stage,
+        )
+
+    def plan(self, problem: Problem) -> Result:
+        """Plan one motion within the remaining budget.
+
+        Raises:
+            Stopped: If the budget ends.
+        """
+        tracker, left = self.tracker, self.tracker.remaining()
+        result = plan(
+            problem,
+            method=None if self.improve else self.options.method,
+            improve=self.improve,
+            rng=self.rng,
+            budget=replace(left, attempts=left.attempts or ATTEMPTS),
+            cancel=tracker.cancel,
+            progress=tracker.progress,
+        )
+        tracker.add(result.counts, result.cpu_seconds)
+        if result.stopped is not None and not result.verified:
+            raise Stopped(result.stopped)
+        return result

@@ -1,0 +1,681 @@
+"""Stages of a task: motions, pauses, handling of objects, and choices between them."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from trajopt.geometry.geometry import supports
+from trajopt.problem.problem import PathConstraint
+from trajopt.problem.requirements import FollowsCurve, Requirement
+from trajopt.problem.stated import GoalLike, stated_goal
+from trajopt.scene.scene import Scene
+from trajopt.tasks.cartesian.following import Begin, FollowOptions, follow
+from trajopt.tasks.grasping.candidates import (
+    PickCandidate,
+    PlaceCandidate,
+    lifting_scene,
+    lowering_scene,
+    pick_candidates,
+    place_candidates,
+)
+from trajopt.tasks.grasping.grasp import Grasp, Place, Straight
+from trajopt.tasks.grasping.gripper import Gripper, gripper_of
+from trajopt.tasks.grasping.planning import LET_GO
+from trajopt.tasks.grasping.result import Refusal
+from trajopt.tasks.grasping.result import Stage as Step
+from trajopt.tasks.grasping.straight import along_line, with_room
+from trajopt.tasks.grasping.task import CandidateNames, PickPlaceTask, TimedConfiguration, later
+from trajopt.tasks.jobs.result import Handling, Pause, StageRefusal, TaskSegment
+from trajopt.tasks.jobs.search import Leg, Stage, TaskSearch, TaskState, Way, in_sequence
+from trajopt.values.arrays import Floats, Value, number, one_of, sequence, several
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class MoveTo(Value):
+    """The arm moves to a goal; it does not rest there unless the next stage needs it.
+
+    Attributes:
+        goal: A state of the group, joint positions, a placement of the tool, or requirements, as the goal of
+            a problem.
+        name: Name of the stage.
+        constraints: Requirements on the way.
+    """
+
+    goal: GoalLike | Sequence[GoalLike]
+    name: str = ""
+    constraints: Sequence[PathConstraint] = ()
+
+    @property
+    def default_name(self) -> str:
+        """Name if none is given."""
+        return f"move to {self.goal}" if isinstance(self.goal, str) else "move"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the goal against the scene; see `Task`."""
+        self.requirements(scene, group)
+        return held
+
+    def requirements(self, scene: Scene, group: str) -> tuple[Requirement, ...]:
+        """Return the requirements at the goal.
+
+        Raises:
+            ProblemError: If the goal is a set, or has no accepted form.
+        """
+        stated = stated_goal(scene, group, self.goal, degrees=False)
+        if isinstance(stated, dict):
+            raise ProblemError("a set of goals is a choice: use OneOf with a stage for each goal")
+        return stated
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield one leg for each configuration at the goal, the nearest first."""
+        reduced = search.reduced(state.scene, state.positions)
+        kept = (item for item in self.constraints if isinstance(item, Requirement))
+        found = search.configurations(
+            reduced, (*self.requirements(state.scene, search.group), *kept), self.name
+        )
+        if isinstance(found, StageRefusal):
+            yield found
+            return
+        for positions in found[: search.options.configurations]:
+            yield self.leg(state, reduced.all_positions(positions))
+
+    def leg(self, state: TaskState, goal: Floats) -> TaskState:
+        """Return the state after a leg to a configuration of all joints."""
+        return state.to(Leg(self.name, goal, state.scene, tuple(self.constraints)))
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class FollowCurve(Value):
+    """The arm moves to the beginning of a curve, and a frame follows it.
+
+    Attributes:
+        curve: The curve with its frame and tolerances: `follows_curve(...)`.
+        options: Speeds of the process, and the reaction to obstacles.
+        name: Name of the stage.
+    """
+
+    curve: FollowsCurve
+    options: FollowOptions = field(default_factory=partial(FollowOptions, begin=Begin.ANY_BRANCH))
+    name: str = ""
+    default_name = "follow"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the frames against the scene; see `Task`."""
+        del group
+        for frame in (self.curve.frame, self.curve.reference):
+            scene.holder(frame)
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the motion to the beginning of the curve, and the motion on it."""
+        options = replace(self.options, begin=Begin.ANY_BRANCH)
+        followed = follow(
+            later(state.scene, state.time),
+            self.curve,
+            start=state.positions,
+            group=search.group,
+            options=options,
+            rng=search.rng,
+            budget=replace(search.tracker.remaining(), attempts=None),
+            cancel=search.tracker.cancel,
+            progress=search.tracker.progress,
+        )
+        search.tracker.add(followed.counts, followed.cpu_seconds)
+        if not followed.complete:
+            yield StageRefusal(self.name, followed.status, followed.reason, followed.result)
+            return
+        segment = TaskSegment((self.name,), followed.result)
+        approach = Leg(f"{self.name}: approach", segment.positions(0.0), state.scene)
+        begun = search.rested(state.to(approach))
+        yield begun if isinstance(begun, StageRefusal) else begun.after(segment)
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Dwell(Value):
+    """The arm rests.
+
+    Attributes:
+        seconds: Duration [s].
+        name: Name of the stage.
+    """
+
+    seconds: float
+    name: str = ""
+    default_name = "dwell"
+
+    def __post_init__(self) -> None:
+        """Check the duration."""
+        if number("seconds", self.seconds) <= 0.0:
+            raise ProblemError(f"seconds must be positive, is {self.seconds:g}")
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Return the held objects; see `Task`."""
+        del scene, group
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the rest."""
+        yield search.rested(state, self.seconds, self.name)
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class SetGripper(Value):
+    """The fingers of a gripper move to an opening.
+
+    Attributes:
+        opening: Between the pads [m].
+        gripper: The gripper; that of the robot's SRDF if None.
+        name: Name of the stage.
+    """
+
+    opening: float
+    gripper: Gripper | None = None
+    name: str = ""
+    default_name = "gripper"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the opening; see `Task`."""
+        del group
+        _gripper(scene, self.gripper).joints_at(self.opening)
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the motion of the fingers, after a rest of the arm."""
+        task = _handling(search, state, "", _gripper(state.scene, self.gripper))
+        yield _fingers(task, search, state, Step.OPEN, self.opening, self.name)
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class PickObject(Value):
+    """The gripper picks an object up: reach, approach, close and lift.
+
+    Attributes:
+        object: The object, at rest in the scene.
+        grasps: Grasps in order of preference.
+        gripper: The gripper; that of the robot's SRDF if None.
+        constraints: Requirements while it is lifted.
+        name: Name of the stage.
+    """
+
+    object: str
+    grasps: Sequence[Grasp]
+    gripper: Gripper | None = None
+    constraints: Sequence[PathConstraint] = ()
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the types."""
+        if not several("grasps", self.grasps, Grasp):
+            raise ProblemError(f"name at least one grasp of {self.object}")
+
+    @property
+    def default_name(self) -> str:
+        """Name if none is given."""
+        return f"pick {self.object}"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check that the object is there and not in a hand; see `Task`."""
+        del group
+        scene.object(self.object)
+        _gripper(scene, self.gripper)
+        if self.object in held:
+            raise ProblemError(f"object {self.object!r} is in a hand already: place or detach it first")
+        return held | {self.object}
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the pick by each grasp and configuration of the arm."""
+        task = _handling(search, state, self.object, _gripper(state.scene, self.gripper))
+        for grasp in self.grasps:
+            blended = replace(
+                grasp, approach=_blended(grasp.approach, search), lift=_blended(grasp.lift, search)
+            )
+            for candidate in pick_candidates(task, blended):
+                if isinstance(candidate, Refusal):
+                    yield _refused(self.name, candidate)
+                else:
+                    yield self._picked(task, search, state, candidate)
+
+    def _picked(
+        self, task: PickPlaceTask, search: TaskSearch, state: TaskState, candidate: PickCandidate
+    ) -> Way:
+        grasp, tool, scene = candidate.grasp, task.gripper.tool, state.scene
+        opened = _fingers(task, search, state, Step.OPEN, grasp.opening, f"{self.name}: open")
+        if isinstance(opened, StageRefusal):
+            return opened
+        before = search.reduced(later(scene, opened.time), candidate.at)
+        near = with_room(before, task.arm(candidate.at))
+        line = along_line(scene, candidate.before, candidate.at, tool, search.options)
+        there = search.rested(
+            opened.to(Leg(f"{self.name}: reach", candidate.before, scene)).to(
+                Leg(f"{self.name}: approach", candidate.at, near, line)
+            )
+        )
+        if isinstance(there, StageRefusal):
+            return there
+        rest = search.options.grip_time
+        closed = _fingers(task, search, there, Step.CLOSE, grasp.width, f"{self.name}: close", rest=rest)
+        if isinstance(closed, StageRefusal):
+            return closed
+        held = scene.attach(self.object, tool, at=closed.positions, touch_links=task.gripper.links)
+        lifting = with_room(
+            search.reduced(later(held, closed.time), closed.positions), task.arm(closed.positions)
+        )
+        lifting = lifting_scene(lifting, self.object, candidate.supports, search.options.contact_time)
+        lifted = task.opened(candidate.lifted, grasp.width)
+        up = along_line(held, closed.positions, lifted, tool, search.options)
+        handling = Handling(scene, state.rested, len(state.segments), task.gripper, self.name, grasp)
+        handled = {**closed.handled, self.object: handling}
+        return replace(closed, scene=held, handled=handled).to(
+            Leg(f"{self.name}: lift", lifted, lifting, (*up, *self.constraints))
+        )
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class PlaceObject(Value):
+    """The gripper puts the object in its hand down: carry, lower, release and retreat.
+
+    Attributes:
+        object: The object.
+        places: Places in order of preference.
+        gripper: The gripper; that of the robot's SRDF if None.
+        constraints: Requirements while it is carried and lowered.
+        name: Name of the stage.
+    """
+
+    object: str
+    places: Place | Sequence[Place]
+    gripper: Gripper | None = None
+    constraints: Sequence[PathConstraint] = ()
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        """Make the places a tuple."""
+        given = (self.places,) if isinstance(self.places, Place) else several("places", self.places, Place)
+        if not given:
+            raise ProblemError(f"name at least one place of {self.object}")
+        object.__setattr__(self, "places", given)
+
+    @property
+    def default_name(self) -> str:
+        """Name if none is given."""
+        return f"place {self.object}"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check that the object is in a hand; see `Task`."""
+        del group
+        scene.object(self.object)
+        _gripper(scene, self.gripper)
+        if self.object not in held:
+            raise ProblemError(f"object {self.object!r} is not in a hand: pick it before, or attach it")
+        return held - {self.object}
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the placing at each place and by each configuration of the arm."""
+        task = _handling(
+            search, state, self.object, _gripper(state.scene, self.gripper), tuple(self.constraints)
+        )
+        opening = task.gripper.opening_at(state.scene.robot, state.positions) + LET_GO
+        opening = min(opening, task.gripper.widest)
+        assert not isinstance(self.places, Place)
+        for given in self.places:
+            place = replace(
+                given, lower=_blended(given.lower, search), retreat=_blended(given.retreat, search)
+            )
+            names = CandidateNames(place=place.name)
+            found = place_candidates(task, state.scene, state.positions, place, opening=opening, names=names)
+            for candidate in found:
+                if isinstance(candidate, Refusal):
+                    yield _refused(self.name, candidate)
+                else:
+                    yield self._placed(task, search, _placing(state, self, place), candidate)
+
+    def _placed(
+        self, task: PickPlaceTask, search: TaskSearch, state: TaskState, candidate: PlaceCandidate
+    ) -> Way:
+        tool, scene = task.gripper.tool, state.scene
+        lowering = lowering_scene(task, scene, candidate.supports)
+        near = with_room(search.reduced(later(lowering, state.time), candidate.at), task.arm(candidate.at))
+        down = along_line(scene, candidate.above, candidate.at, tool, search.options)
+        carried = tuple(self.constraints)
+        there = search.rested(
+            state.to(Leg(f"{self.name}: carry", candidate.above, scene, carried)).to(
+                Leg(f"{self.name}: lower", candidate.at, near, (*down, *carried))
+            ),
+            search.options.release_time,
+        )
+        if isinstance(there, StageRefusal):
+            return there
+        put = replace(there, scene=scene.detach(self.object, at=there.positions))
+        released = _fingers(task, search, put, Step.RELEASE, candidate.opening, f"{self.name}: release")
+        if isinstance(released, StageRefusal):
+            return released
+        away = task.opened(candidate.away, candidate.opening)
+        at = released.positions
+        leaving = with_room(search.reduced(later(put.scene, released.time), at), task.arm(at))
+        line = along_line(put.scene, at, away, tool, search.options)
+        return released.to(Leg(f"{self.name}: retreat", away, leaving, line))
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class AttachObject(Value):
+    """An object is attached to a link from now on, as by a suction cup that is switched on.
+
+    The next motion may begin in contact with the objects that it stands on.
+
+    Attributes:
+        object: The object.
+        link: The link or tool frame.
+        touch_links: Links that may touch it.
+        name: Name of the stage.
+    """
+
+    object: str
+    link: str
+    touch_links: Sequence[str] = ()
+    name: str = ""
+
+    @property
+    def default_name(self) -> str:
+        """Name if none is given."""
+        return f"attach {self.object}"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the object and the link; see `Task`."""
+        del group
+        scene.object(self.object)
+        scene.holder(self.link)
+        if self.object in held:
+            raise ProblemError(f"object {self.object!r} is attached already")
+        return held | {self.object}
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the attachment, after a rest of the arm."""
+        there = search.rested(state)
+        if isinstance(there, StageRefusal):
+            yield there
+            return
+        held = there.scene.attach(
+            self.object, self.link, at=there.positions, touch_links=tuple(self.touch_links)
+        )
+        stood = there.scene.placement_of(self.object, there.positions)
+        lifted = lifting_scene(
+            held, self.object, supports(there.scene, self.object, stood), search.options.contact_time
+        )
+        yield replace(there, scene=held, lifting=lifted.allowances)
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class DetachObject(Value):
+    """An attached object stays where it is from now on.
+
+    Attributes:
+        object: The object.
+        name: Name of the stage.
+    """
+
+    object: str
+    name: str = ""
+
+    @property
+    def default_name(self) -> str:
+        """Name if none is given."""
+        return f"detach {self.object}"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check that the object is attached; see `Task`."""
+        del group
+        scene.object(self.object)
+        if self.object not in held:
+            raise ProblemError(f"object {self.object!r} is not attached: attach or pick it before")
+        return held - {self.object}
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the detachment, after a rest of the arm."""
+        there = search.rested(state)
+        if isinstance(there, StageRefusal):
+            yield there
+        else:
+            yield replace(there, scene=there.scene.detach(self.object, at=there.positions))
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class MoveObject(Value):
+    """An object is elsewhere from now on, as a door that a machine opens while the arm rests.
+
+    Attributes:
+        object: The object.
+        placement: Its new placement in its frame.
+        seconds: Time that this takes, for which the arm rests [s].
+        name: Name of the stage.
+    """
+
+    object: str
+    placement: Placement
+    seconds: float = 0.0
+    name: str = ""
+
+    @property
+    def default_name(self) -> str:
+        """Name if none is given."""
+        return f"move object {self.object}"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the object; see `Task`."""
+        del group
+        scene.object(self.object)
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the moved object, after a rest of the arm."""
+        there = search.rested(state, self.seconds, self.name)
+        if isinstance(there, StageRefusal):
+            yield there
+        else:
+            yield replace(there, scene=there.scene.move(self.object, self.placement))
+
+
+Cost = Callable[[Sequence[TaskSegment]], float]
+"""Returns the cost of the motions of an alternative; the smallest is preferred."""
+Item = Stage | Sequence[Stage]
+"""One stage or several in sequence."""
+
+
+def duration(segments: Sequence[TaskSegment]) -> float:
+    """Return the duration of motions [s]."""
+    return sum(segment.duration for segment in segments)
+
+
+def joint_travel(segments: Sequence[TaskSegment]) -> float:
+    """Return the sum over all motions and joints of the travelled way, from point to point [rad | m]."""
+    return sum(float(np.abs(np.diff(segment.trajectory.positions, axis=0)).sum()) for segment in segments)
+
+
+def as_items(items: Sequence[Item]) -> tuple[tuple[Stage, ...], ...]:
+    """Return each item as a tuple of stages."""
+    found: list[tuple[Stage, ...]] = []
+    for item in sequence("items", items):
+        found.append(tuple(item) if isinstance(item, Sequence) else (item,))
+    if not all(found) or not found:
+        raise ProblemError("name at least one stage in each item")
+    return tuple(found)
+
+
+def held_after_each(
+    items: Sequence[Item], scene: Scene, group: str, held: frozenset[str]
+) -> Iterator[frozenset[str]]:
+    """Check each of several alternatives, and yield the objects that are held after it."""
+    for item in as_items(items):
+        after = held
+        for stage in item:
+            after = stage.held_after(scene, group, after)
+        yield after
+
+
+def held_after_any(items: Sequence[Item], scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+    """Check alternatives, and return the objects that are held after any of them.
+
+    Raises:
+        ProblemError: If that depends on the alternative.
+    """
+    after = set(held_after_each(items, scene, group, held))
+    if len(after) > 1:
+        names = " or ".join(sorted(", ".join(sorted(each)) or "nothing" for each in after))
+        raise ProblemError(f"the alternatives end with different objects in the hand: {names}")
+    return after.pop()
+
+
+@dataclass(frozen=True, eq=False)
+class OneOf(Value):
+    """The cheapest of several alternatives that can be planned.
+
+    Attributes:
+        items: The alternatives, each a stage or several in sequence.
+        cost: Cost of the motions of an alternative.
+        name: Name of the stage.
+    """
+
+    items: Sequence[Item]
+    cost: Cost = duration
+    name: str = ""
+    default_name = "one of"
+
+    def __post_init__(self) -> None:
+        """Make each item a tuple."""
+        object.__setattr__(self, "items", as_items(self.items))
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the alternatives; see `Task`."""
+        return held_after_any(self.items, scene, group, held)
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the first way of each alternative that can be planned to a rest, the cheapest first."""
+        found: list[tuple[float, TaskState]] = []
+        for item in as_items(self.items):
+            for way in in_sequence(item, search, state):
+                ended = way if isinstance(way, StageRefusal) else search.rested(way)
+                if isinstance(ended, StageRefusal):
+                    yield ended
+                    continue
+                assert not isinstance(way, StageRefusal)
+                found.append((self.cost(ended.segments[len(state.segments) :]), way))
+                break
+        for _, way in sorted(found, key=lambda one: one[0]):
+            yield way
+
+
+@dataclass(frozen=True, eq=False)
+class Fallback(Value):
+    """The first of several alternatives that can be planned.
+
+    Attributes:
+        items: The alternatives in order of preference, each a stage or several in sequence.
+        name: Name of the stage.
+    """
+
+    items: Sequence[Item]
+    name: str = ""
+    default_name = "fallback"
+
+    def __post_init__(self) -> None:
+        """Make each item a tuple."""
+        object.__setattr__(self, "items", as_items(self.items))
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        """Check the alternatives; see `Task`."""
+        return held_after_any(self.items, scene, group, held)
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the ways of each alternative in order."""
+        for item in as_items(self.items):
+            yield from in_sequence(item, search, state)
+
+
+def _placing(state: TaskState, stage: PlaceObject, place: Place) -> TaskState:
+    """Record the place of an object that was picked in the task."""
+    if stage.object not in state.handled:
+        return state
+    handling = replace(state.handled[stage.object], place=place, placed=stage.name)
+    return replace(state, handled={**state.handled, stage.object: handling})
+
+
+def _blended(line: Straight, search: TaskSearch) -> Straight:
+    """Shorten a straight motion by the blend, at most by half."""
+    return replace(line, distance=max(line.distance - search.blend, 0.5 * line.distance))
+
+
+def _gripper(scene: Scene, given: Gripper | None) -> Gripper:
+    return gripper_of(scene) if given is None else one_of("gripper", given, Gripper)
+
+
+def _handling(
+    search: TaskSearch,
+    state: TaskState,
+    name: str,
+    gripper: Gripper,
+    constraints: tuple[PathConstraint, ...] = (),
+) -> PickPlaceTask:
+    return PickPlaceTask(
+        scene=state.scene,
+        name=name,
+        start=state.positions,
+        group=search.group,
+        gripper=gripper,
+        constraints=(*search.constraints, *constraints),
+        options=search.options,
+        rng=search.rng,
+        tracker=search.tracker,
+    )
+
+
+def _fingers(
+    task: PickPlaceTask,
+    search: TaskSearch,
+    state: TaskState,
+    stage: Step,
+    opening: float,
+    name: str,
+    *,
+    rest: float = 0.0,
+) -> Way:
+    """Move the fingers to an opening, after a rest of the arm; nothing happens if they are there already."""
+    opened = task.opened(state.positions, opening)
+    if np.abs(opened - state.positions).max() < STILL:
+        return search.rested(state, rest, name) if rest > 0.0 else state
+    there = search.rested(state)
+    if isinstance(there, StageRefusal):
+        return there
+    moved = task.fingers(
+        stage,
+        there.scene,
+        TimedConfiguration(there.positions, there.time),
+        opening,
+        CandidateNames(),
+        rest=rest,
+    )
+    if isinstance(moved, Refusal):
+        return _refused(name, moved)
+    return there if moved is None else there.after(TaskSegment((name,), moved.result, (Pause("", rest),)))
+
+
+def _refused(name: str, refusal: Refusal) -> StageRefusal:
+    which = ", ".join(item for item in (refusal.grasp, refusal.place) if item)
+    words = f"{refusal.stage.value}: {refusal.reason}"
+    return StageRefusal(name, refusal.status, f"{which}: {words}" if which else words, refusal.result)
+
+
+STILL = 1e-6
+"""Fingers nearer than this to their opening are not moved [rad | m]."""

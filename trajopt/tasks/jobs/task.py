@@ -1,0 +1,177 @@
+"""Task: a whole job as a value, and its planning."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from threading import Event
+from typing import Any, cast
+
+import numpy as np
+
+from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
+from trajopt.planning.plan import NO_BOUNDS
+from trajopt.planning.search import ENDED
+from trajopt.planning.status import Status
+from trajopt.problem.problem import PathConstraint
+from trajopt.problem.stated import only_group
+from trajopt.robot.configuration import ConfigurationLike, stated_configuration
+from trajopt.scene.scene import Scene
+from trajopt.tasks.grasping.grasp import GraspingOptions
+from trajopt.tasks.grasping.task import later
+from trajopt.tasks.jobs.any_order import AnyOrder
+from trajopt.tasks.jobs.result import StageRefusal, TaskResult
+from trajopt.tasks.jobs.search import Stage, TaskSearch, TaskState, in_sequence
+from trajopt.tasks.jobs.stages import Fallback, OneOf, as_items
+from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several, unless_none
+from trajopt.values.errors import ProblemError, TrajoptError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD
+
+
+@checked
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Task(Value):
+    """A job: stages in order, planned as motions that rest only where a stage needs it.
+
+    Consecutive moves of the arm become one motion through their goals. The arm rests while fingers move, an
+    object is attached, detached or moved, during a `Dwell`, and before and after a curve.
+
+    Attributes:
+        scene: Robot and environment before the task.
+        start: Configuration before the task, in any form of the start of a problem.
+        stages: The stages. Names that are missing are made from their kinds, and made unique.
+        group: Planning group of the arm; optional if the robot has one only.
+        constraints: Path constraints of all motions of the arm.
+        options: Speeds, tolerances and times of all stages.
+        blend: Distance from the far end of a straight approach, lift, lowering or retreat within which the
+            arm may leave the line, at most half of the line [m].
+        name: Name in reports.
+    """
+
+    scene: Scene
+    start: ConfigurationLike
+    stages: Sequence[Stage]
+    group: str = ""
+    constraints: Sequence[PathConstraint] = ()
+    options: GraspingOptions = field(default_factory=GraspingOptions)
+    blend: float = 0.0
+    name: str = "task"
+    _start: Floats = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Name the stages, and check each against the scene.
+
+        Raises:
+            ProblemError: If there is no stage, or one cannot be done: an unknown object, a place before its
+                pick. The message names the stage.
+        """
+        robot = one_of("scene", self.scene, Scene).robot
+        name_of("name", self.name)
+        group = one_of("group", self.group, str) or only_group(robot)
+        start = stated_configuration(robot, "start", self.start, group=group)
+        stages = several("stages", self.stages, Stage)
+        if not stages:
+            raise ProblemError("a task needs at least one stage, such as MoveTo(goal)")
+        named = tuple(_named(stages, {}))
+        for attribute, value in (("group", group), ("stages", named), ("start", start), ("_start", start)):
+            object.__setattr__(self, attribute, value)
+        if number("blend", self.blend) < 0.0:
+            raise ProblemError(f"blend must not be negative, is {self.blend:g} m")
+        object.__setattr__(self, "constraints", tuple(sequence("constraints", self.constraints)))
+        held = frozenset(name for name in self.scene.objects if self.scene.holder(name).link != WORLD)
+        for stage in named:
+            try:
+                held = stage.held_after(self.scene, group, held)
+            except TrajoptError as error:
+                raise ProblemError(f"stage {shown(stage.name)}: {error}") from error
+
+    def planned(
+        self,
+        *,
+        improve: bool = False,
+        rng: np.random.Generator | None = None,
+        budget: Budget = NO_BOUNDS,
+        cancel: Event | None = None,
+        progress: Progress | None = None,
+    ) -> TaskResult:
+        """Plan the task; `trajopt.plan(task)` calls this.
+
+        Args:
+            improve: Whether shape and time of each motion are optimised together, which takes a few times as
+                long to plan.
+            rng: Random generator; a fixed seed when None.
+            budget: Time and work for the whole task; its `attempts` are for each motion, 16 if None.
+            cancel: Set it from another thread to stop.
+            progress: Called at every stage and every step of the solver.
+
+        Raises:
+            ProblemError: If the budget requests improvement.
+        """
+        if one_of("budget", budget, Budget).improve:
+            raise ProblemError("the first verified plan of a task is taken: its budget cannot improve")
+        given, improves = unless_none("rng", rng, np.random.Generator), one_of("improve", improve, bool)
+        tracker = BudgetTracker(budget, cancel, progress)
+        search = TaskSearch(
+            group=self.group,
+            constraints=tuple(self.constraints),
+            options=self.options,
+            rng=given or np.random.default_rng(0),
+            tracker=tracker,
+            blend=self.blend,
+            improve=improves,
+        )
+        refusals: list[StageRefusal] = []
+        try:
+            return self._result(search, self._searched(search, refusals), refusals, None)
+        except Stopped as ended:
+            return self._result(search, None, refusals, ended.stop)
+
+    def _searched(self, search: TaskSearch, refusals: list[StageRefusal]) -> TaskState | None:
+        """Return the state after the first way to do all stages that can be planned to the end."""
+        begin = TaskState(self.scene, self._start, self._start)
+        for way in in_sequence(self.stages, search, begin):
+            ended = way if isinstance(way, StageRefusal) else search.rested(way)
+            if not isinstance(ended, StageRefusal):
+                return ended
+            refusals.append(ended)
+        return None
+
+    def _result(
+        self,
+        search: TaskSearch,
+        ended: TaskState | None,
+        refusals: Sequence[StageRefusal],
+        stopped: Stop | None,
+    ) -> TaskResult:
+        status = Status.SOLVED
+        if ended is None:
+            status = refusals[-1].status if stopped is None else ENDED[stopped]
+        return TaskResult(
+            name=self.name,
+            scene=self.scene,
+            final_scene=self.scene if ended is None else later(ended.scene, ended.time),
+            start=self._start,
+            status=status,
+            segments=() if ended is None else ended.segments,
+            handled={} if ended is None else ended.handled,
+            group=self.group,
+            refusals=tuple(refusals),
+            counts=dict(search.tracker.counts),
+            cpu_seconds=dict(search.tracker.seconds),
+            stopped=stopped,
+        )
+
+
+def _named(stages: Sequence[Stage], taken: dict[str, int]) -> list[Stage]:
+    """Give each stage a name of its own, also those inside others."""
+    found: list[Stage] = []
+    for stage in stages:
+        name = stage.name or stage.default_name
+        taken[name] = taken.get(name, 0) + 1
+        unique = name if taken[name] == 1 else f"{name} ({taken[name]})"
+        changes: dict[str, Any] = {"name": unique}
+        if isinstance(stage, AnyOrder | OneOf | Fallback):
+            changes["items"] = [_named(item, taken) for item in as_items(stage.items)]
+        found.append(cast("Stage", replace(cast("Any", stage), **changes)))
+    return found

@@ -1,0 +1,161 @@
+"""Shortest tour through groups of nodes, one node of each: order of targets, and the posture at each.
+
+A generalised travelling salesman problem with an open end, solved by local search (2-opt, Or-opt, insertion
+of a group by any of its nodes, and the exact choice of nodes for a fixed order by dynamic programming) from a
+nearest-neighbour tour, with random restarts from the best tour (iterated local search: Lourenço, Martin and
+Stützle, Handbook of Metaheuristics, 2003).
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from trajopt.values.arrays import Floats, Ints
+
+SHUFFLED = 8
+"""Number of consecutive nodes that a restart shuffles."""
+KICKS = 60
+"""Number of restarts from the best tour."""
+GAIN = 1e-9
+"""Smallest improvement that counts [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tours:
+    """Costs of tours.
+
+    Attributes:
+        groups: Group of each of the m nodes, shape (m,).
+        start: Cost from the start to each node, shape (m,) [s].
+        between: Cost from node to node, shape (m, m), finite [s].
+        end: Cost from each node to the end, shape (m,) [s].
+    """
+
+    groups: Ints
+    start: Floats
+    between: Floats
+    end: Floats
+
+    def cost(self, tour: Ints) -> float:
+        """Return the cost of a tour, nodes in order [s]."""
+        between = float(self.between[tour[:-1], tour[1:]].sum())
+        return float(self.start[tour[0]]) + between + float(self.end[tour[-1]])
+
+    def shortest(self, rng: np.random.Generator, kicks: int = KICKS) -> Ints:
+        """Return the best tour found, one node of each group in order.
+
+        Args:
+            rng: Draws the restarts.
+            kicks: Number of restarts.
+        """
+        best = self._improved(self._nearest_neighbour())
+        least = self.cost(best)
+        width = min(SHUFFLED, len(best))
+        for _ in range(kicks):
+            first = int(rng.integers(len(best) - width + 1))
+            shuffled = rng.permutation(best[first : first + width])
+            tour = self._improved(np.concatenate((best[:first], shuffled, best[first + width :])))
+            if (cost := self.cost(tour)) < least - GAIN:
+                best, least = tour, cost
+        return best
+
+    def _nearest_neighbour(self) -> Ints:
+        left = np.ones(len(self.groups), dtype=bool)
+        tour: list[int] = []
+        cost = self.start
+        while left.any():
+            node = int(np.where(left, cost, np.inf).argmin())
+            tour.append(node)
+            left &= self.groups != self.groups[node]
+            cost = self.between[node]
+        return np.array(tour)
+
+    def _improved(self, tour: Ints) -> Ints:
+        """Improve a tour until neither order nor nodes can be improved."""
+        cost = np.inf
+        while (now := self.cost(tour)) < cost - GAIN:
+            cost = now
+            tour = self._reordered(self._chosen(tour))
+        return tour
+
+    def _chosen(self, tour: Ints) -> Ints:
+        """Choose the node of each group for a fixed order of groups: the shortest path through the layers."""
+        layers = [np.flatnonzero(self.groups == group) for group in self.groups[tour]]
+        cost, links = self.start[layers[0]], list[Ints]()
+        for before, layer in pairwise(layers):
+            through = cost[:, None] + self.between[np.ix_(before, layer)]
+            links.append(through.argmin(axis=0))
+            cost = through.min(axis=0)
+        place = int((cost + self.end[layers[-1]]).argmin())
+        nodes = [layers[-1][place]]
+        for layer, link in zip(layers[-2::-1], links[::-1], strict=True):
+            place = int(link[place])
+            nodes.append(layer[place])
+        return np.array(nodes[::-1])
+
+    def _reordered(self, tour: Ints) -> Ints:
+        """Move and reverse parts of a tour, and insert groups elsewhere, while that makes it shorter."""
+        improved = True
+        while improved:
+            improved = False
+            for place in range(len(tour)):
+                for move in (self._reversed, self._moved, self._inserted):
+                    other = move(tour, place)
+                    if other is not None:
+                        tour, improved = other, True
+                        break
+        return tour
+
+    def _reversed(self, tour: Ints, first: int) -> Ints | None:
+        """Reverse the best part that begins at a place (2-opt); None if none makes the tour shorter."""
+        last = np.arange(first + 1, len(tour))
+        if not len(last):
+            return None
+        forward = np.concatenate(([0.0], np.cumsum(self.between[tour[:-1], tour[1:]])))
+        backward = np.concatenate(([0.0], np.cumsum(self.between[tour[1:], tour[:-1]])))
+        into = self.start if first == 0 else self.between[tour[first - 1]]
+        after = tour[last[:-1] + 1]
+        left = np.append(self.between[tour[last[:-1]], after], self.end[tour[-1]])
+        leaving = np.append(self.between[tour[first], after], self.end[tour[first]])
+        old = into[tour[first]] + forward[last] - forward[first] + left
+        new = into[tour[last]] + backward[last] - backward[first] + leaving
+        best = int((new - old).argmin())
+        if new[best] > old[best] - GAIN:
+            return None
+        end = int(last[best]) + 1
+        return np.concatenate((tour[:first], tour[first:end][::-1], tour[end:]))
+
+    def _moved(self, tour: Ints, place: int) -> Ints | None:
+        """Move the part of up to three nodes at a place elsewhere (Or-opt); None if that is not shorter."""
+        for size in (1, 2, 3):
+            part, rest = tour[place : place + size], np.delete(tour, np.s_[place : place + size])
+            if len(part) < size or not len(rest):
+                return None
+            into = np.concatenate((self.start[part[:1]], self.between[rest, part[0]]))
+            out = np.concatenate((self.between[part[-1], rest], self.end[part[-1:]]))
+            straight = np.concatenate(
+                (self.start[rest[:1]], self.between[rest[:-1], rest[1:]], self.end[rest[-1:]])
+            )
+            added = into + out - straight
+            best = int(added.argmin())
+            if added[best] < added[place] - GAIN:
+                return np.concatenate((rest[:best], part, rest[best:]))
+        return None
+
+    def _inserted(self, tour: Ints, place: int) -> Ints | None:
+        """Insert the group of a place elsewhere, by any of its nodes; None if that is not shorter."""
+        nodes, rest = np.flatnonzero(self.groups == self.groups[tour[place]]), np.delete(tour, place)
+        if not len(rest):
+            return None
+        into = np.concatenate((self.start[nodes][None], self.between[np.ix_(rest, nodes)]))
+        out = np.concatenate((self.between[np.ix_(nodes, rest)].T, self.end[nodes][None]))
+        straight = np.concatenate(
+            (self.start[rest[:1]], self.between[rest[:-1], rest[1:]], self.end[rest[-1:]])
+        )
+        added = into + out - straight[:, None]
+        best, node = np.unravel_index(int(added.argmin()), added.shape)
+        now = added[place, int((nodes == tour[place]).argmax())]
+        if added[best, node] > now - GAIN:
+            return None
+        return np.concatenate((rest[:best], nodes[node : node + 1], rest[best:]))
