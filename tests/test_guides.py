@@ -15,6 +15,7 @@ GUIDES = (
     "lines-and-curves",
     "pick-and-place",
     "machine-tending",
+    "tasks",
     "dynamic-obstacles",
     "mobile-and-dual-arms",
     "when-planning-fails",

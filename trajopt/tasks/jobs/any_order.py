@@ -93,7 +93,7 @@ class AnyOrder(Value):
         items = as_items(self.items)
         placed: list[list[PlacedItem]] = []
         for item in items:
-            found = _postures(item, search, state)
+            found = postures(item, search, state)
             if isinstance(found, StageRefusal):
                 yield found
                 return
@@ -144,7 +144,7 @@ def _pinned(item: Sequence[Stage], placed: PlacedItem) -> Iterator[Stage]:
         yield _Pinned(stage, readonly(next(rows))) if isinstance(stage, MoveTo) else stage
 
 
-def _postures(item: Sequence[Stage], search: TaskSearch, state: TaskState) -> list[PlacedItem] | StageRefusal:
+def postures(item: Sequence[Stage], search: TaskSearch, state: TaskState) -> list[PlacedItem] | StageRefusal:
     """Return the postures of an item: configurations of its first move, and from each those of the others."""
     reduced = search.reduced(state.scene, state.positions)
     moves = [stage for stage in item if isinstance(stage, MoveTo)]

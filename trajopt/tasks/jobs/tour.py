@@ -76,10 +76,10 @@ class Tours:
         cost = np.inf
         while (now := self.cost(tour)) < cost - GAIN:
             cost = now
-            tour = self._reordered(self._chosen(tour))
+            tour = self._reordered(self.chosen(tour))
         return tour
 
-    def _chosen(self, tour: Ints) -> Ints:
+    def chosen(self, tour: Ints) -> Ints:
         """Choose the node of each group for a fixed order of groups: the shortest path through the layers."""
         layers = [np.flatnonzero(self.groups == group) for group in self.groups[tour]]
         cost, links = self.start[layers[0]], list[Ints]()
