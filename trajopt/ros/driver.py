@@ -46,16 +46,15 @@ SETTLING = 0.5
 class RosClock:
     """The clock of stamps, estimated from their arrival times; it starts at 0 with the first.
 
-    The shortest delay of all messages is assumed to be zero, so the clock lags by that delay, and is never
-    behind a stamp (the minimum filter of NTP: RFC 5905, section 10). As shorter delays are rare and clocks
-    drift, the estimate of the shortest delay grows by `DRIFT`.
+    The shortest delay of all messages is assumed to be zero, so the clock is never behind a stamp (the
+    minimum filter of NTP: RFC 5905, section 10). As clocks drift, the estimate of the shortest delay grows by
+    `DRIFT`.
     """
 
     def __init__(self, first: Time) -> None:
         """Start with the first stamp, which has just arrived."""
         self._origin, now = first.to_nsec(), time.monotonic()
         self._estimate = now, now
-        """Local time when the estimate was made, and local time of the origin [s]."""
 
     def __call__(self) -> float:
         """Return the time [s]."""
@@ -64,7 +63,6 @@ class RosClock:
         return now - begin - DRIFT * (now - made)
 
     def heard(self, stamp: Time) -> float:
-        """Use a stamp that has just arrived; return it on this clock [s]."""
         since = 1e-9 * (stamp.to_nsec() - self._origin)
         made, begin = self._estimate
         now = time.monotonic()
@@ -88,11 +86,10 @@ class _Measured:
 class FollowJointTrajectoryExecutor:
     """Drives a robot through rosbridge, by the action `FollowJointTrajectory` and the topic of joint states.
 
-    Each spliced motion becomes a goal: the rest of the current motion, followed by the new motion. The goal
-    is stamped with the present time and has points with velocities and accelerations. A joint trajectory
-    controller replaces its current goal by the new one, and so drives the same polynomials as before up to
-    the splice, and then the new ones. The executor's clock is the clock of the ROS stamps, which must run in
-    real time.
+    Each spliced motion becomes a goal: the rest of the current motion, followed by the new motion, with
+    velocities and accelerations, stamped with the present time. A joint trajectory controller replaces its
+    current goal by it, and so drives the same polynomials up to the splice. The executor's clock is the clock
+    of the ROS stamps, which must run in real time.
 
     Attributes:
         period: Control period of the controller [s].
@@ -234,7 +231,6 @@ class FollowJointTrajectoryExecutor:
         return measured
 
     def _send(self, planned: CommittedMotion, now: float) -> str:
-        """Send the motion from now on as a goal; return the reason if it cannot be sent."""
         motion = planned.ahead(now, self.joint_names)
         if motion is None:
             return ""
@@ -262,7 +258,6 @@ class FollowJointTrajectoryExecutor:
                 self._failure = self._failure or f"the controller gave up: {ended[1]}"
 
     def _measure(self, document: object) -> None:
-        """Store a message of joint states, if it has all joints and a stamp."""
         node = Node(document, self._topic)
         stated = {key: node[key].value for key in ("header", "name")}
         state = decode(JointState, stated, self._generation, name=self._topic)

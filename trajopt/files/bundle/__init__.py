@@ -1,7 +1,7 @@
 """Bundles: a problem and the result of planning it, in one self-contained file.
 
-`result.save("x.trajopt")`, `plan.save(...)` and `problem.save(...)` write a bundle. `read_bundle` reads it on
-any machine, without the robot's own files; `replay` plans it again and lists the differences.
+`result.save("x.trajopt")`, `plan.save(...)` and `problem.save(...)` write a bundle, `read_bundle` reads it on
+any machine, `replay` plans it again and lists the differences.
 """
 
 from trajopt.files.bundle.bundle import Bundle as Bundle

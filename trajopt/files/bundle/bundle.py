@@ -70,11 +70,10 @@ class Bundle(Value):
     """The content of a bundle file.
 
     Attributes:
-        holds: Kind of content.
         made: Time of writing (UTC, ISO 8601).
         versions: Versions of Python, trajopt and its dependencies at the time of writing, by name.
-        problem: The problem, with robot and scene.
-        arguments: Arguments of the planning call; None if not planned or unknown.
+        problem: With robot and scene.
+        arguments: Of the planning call; None if not planned or unknown.
         method: Description of the planning method; empty if not planned.
         custom_method: Whether the method was an object with its own options, which a file cannot hold.
         trajectory: The motion, verified or not; None if planning did not reach one.
@@ -137,13 +136,11 @@ class Bundle(Value):
 
 @checked
 def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = True) -> None:
-    """Write a result, a plan or a problem as a bundle.
-
-    Visual meshes are included, so that a machine without the robot's files can display it.
+    """Write a result, a plan or a problem as a bundle, with visual meshes.
 
     Args:
         what: A result (success or failure), a plan, or a problem.
-        path: The file, by convention with the extension ".trajopt".
+        path: By convention with the extension ".trajopt".
         explained: Whether to include the explanation of a failure (`Result.explain`), which may take seconds.
 
     Raises:
@@ -271,8 +268,8 @@ def _json(document: object) -> bytes:
 def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle:
     """Read a bundle.
 
-    Reading creates only data and runs no code from the file. Any verdict in the file is ignored until the
-    motion is verified again (`Bundle.judged`).
+    Reading creates only data and runs no code from the file. Verdicts are ignored: `Bundle.judged` verifies
+    the motion.
 
     Args:
         meshes: Folder for unpacking the visual meshes; None leaves them packed.
@@ -349,10 +346,7 @@ def _plain(archive: Members, name: str) -> Mapping[str, object]:
 
 
 def _check_digests(archive: Members, members: Node) -> None:
-    """Check every member against its stored digest.
-
-    This detects damage, not malice: an attacker can change the digest too.
-    """
+    """Check every member against its stored digest, to detect damage, not malice."""
     digests = _texts(members)
     if set(digests) != set(archive.names) - {DESCRIPTION}:
         raise members.error("does not name the members that are there")
@@ -441,11 +435,7 @@ def _knots(reader: BundleReader, node: Node) -> Floats:
 
 
 def reader_of(archive: Members, meshes: Path | str | None = None) -> BundleReader:
-    """Return a reader of documents whose arrays and meshes are members.
-
-    Args:
-        meshes: As in `read_bundle`.
-    """
+    """Return a reader of documents whose arrays and meshes are members."""
     return BundleReader(archive.array, lambda name: _file(archive, name, meshes))
 
 

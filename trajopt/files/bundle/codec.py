@@ -1,9 +1,8 @@
 """The codec of bundles: large arrays and files are members of their own, and containers add references.
 
-To the documents of `trajopt/values/documents/codec.py` it adds `{"array": name}` for a large array and
-`{"file": name}` for a file, both with the name of the member, and `{"kinematics": {...}}` for Pinocchio's
-model of a robot. It has three containers: a zip (`Archive`), one JSON message (`message`) and the files of a
-campaign, named after the hash of their content.
+To the documents of `trajopt/values/documents/codec.py` it adds `{"array": name}` for a large array, `{"file":
+name}` for a file and `{"kinematics": {...}}` for Pinocchio's model. It has three containers: a zip
+(`Archive`), one JSON message (`message`) and the files of a campaign, named after the hash of their content.
 """
 
 import json
@@ -258,9 +257,7 @@ def digest_as_written(writer: BundleWriter, value: object) -> str:
 
 
 MOST_JOINTS = 1_000
-"""Largest number of joints: ten times a humanoid with hands. Memory grows with the square of a chain's
-length.
-"""
+"""Most joints: ten times a humanoid with hands. Memory grows with the square of a chain's length."""
 _JOINTS: Mapping[str, Callable[[], Any]] = {
     kind().shortname(): kind
     for kind in (
@@ -289,8 +286,8 @@ _FRAMES = {
 def _continuous(axis: Floats) -> Any:
     """Return a joint without limits about an axis, exact to the last digit.
 
-    Its constructor takes no axis, and the URDF reader normalises with rounding errors. So the exact axis
-    overwrites the axis of a joint read from URDF.
+    Its constructor takes no axis, and the URDF reader rounds; so the exact axis overwrites that of a joint
+    from URDF.
     """
     model = pin.buildModelFromXML(_CONTINUOUS)
     read = _axis(model.joints[1])
@@ -324,7 +321,7 @@ _UNALIGNED: Mapping[str, Callable[[Floats], Any]] = {
 def kinematics_document(model: pin.Model) -> dict[str, object]:
     """Return a model as plain data with arrays: joints, inertias and frames, in model order.
 
-    Pinocchio's own archives are not used, because they load unchecked memory from untrusted files.
+    Pinocchio's own archives load unchecked memory from untrusted files.
     """
     joints = [_joint(model, place) for place in range(1, model.njoints)]
     frames = [_frame(frame) for frame in model.frames]
@@ -357,7 +354,6 @@ def _joint(model: pin.Model, place: int) -> dict[str, object]:
 
 
 def _axis(joint: Any) -> Floats:
-    """Return the axis along which, or about which, a joint moves, shape (3,)."""
     data = joint.createData()
     joint.calc(data, np.array([1.0, 0.0][: joint.nq]))
     subspace = np.array(data.S).ravel()
@@ -376,16 +372,11 @@ def _frame(frame: Any) -> dict[str, object]:
 
 
 def _inertia(inertia: Any) -> Floats:
-    """Return mass, lever and rotational inertia about the centre of mass, shape (13,)."""
     return np.concatenate(([inertia.mass], inertia.lever, inertia.inertia.ravel()))
 
 
 def model_from(node: Node) -> pin.Model:
-    """Build a model from its document.
-
-    Args:
-        node: The output of `kinematics_document`, with its arrays read.
-    """
+    """Build a model from the output of `kinematics_document`, with its arrays read."""
     model = pin.Model()
     model.name = node["name"].text()
     model.gravity = pin.Motion(_array(node["gravity"], (6,)))

@@ -22,9 +22,9 @@ LARGEST = 2**28
 LARGEST_ARRAY = 2**26
 """Largest size of an array, eight million numbers; checks make copies of it [bytes]."""
 LARGEST_DOCUMENT = 2**24
-"""Largest size of a JSON document without its arrays and meshes, which are separate members. Parsing takes up
-to
-thirty times as much memory [bytes].
+"""Largest size of a JSON document without its arrays and meshes; parsing takes up to thirty times as much
+memory
+[bytes].
 """
 _TYPES = ("<f8", "<i8", "<i4", "|b1")
 MOST_MEMBERS = 20_000
@@ -134,14 +134,6 @@ class Archive(Members):
         return tuple(self._members)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return the bytes of a member.
-
-        Args:
-            most: Largest size allowed [bytes].
-
-        Raises:
-            FileFormatError: If the member is missing, too large or damaged.
-        """
         item = self._members.get(name)
         if item is None:
             raise self.error(f"has no member {shown(name)}")

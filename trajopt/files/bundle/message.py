@@ -1,7 +1,6 @@
 """Values for another process: bundle documents and their arrays in one JSON document.
 
-Values known to both sides are sent by name. Scenes, objects and problems that occur several times are
-sent once. Verdicts are never sent: the receiver verifies each motion itself.
+Values known to both sides are sent by name, repeated ones once. Verdicts are never sent.
 """
 
 from base64 import b64decode, b64encode
@@ -158,12 +157,6 @@ class _Arrays(Members):
 
 
 def judged_here(result: Result, node: Node) -> Result:
-    """Return a result with this process's own verdict on its motion.
-
-    Args:
-        result: The result received from another process.
-        node: The place of the result in the message.
-    """
     if result.trajectory is None:
         return result
     problem = result.problem

@@ -44,19 +44,16 @@ def export(
     to: Exporter | str,
     hz: float | None = None,
 ) -> Exported:
-    """Write a motion in the format of a controller or a viewer.
+    """Write a motion in the format of a controller or a viewer; return a summary with its losses.
 
     Args:
         motion: A plan, a successful result, or a trajectory.
-        path: The file; messages are JSON if its name ends in .json, YAML otherwise.
+        path: Messages are JSON if its name ends in .json, YAML otherwise.
         to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
             "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); "mcap" (a
             log for Foxglove, with robot and scene of a plan); or an exporter with your own options.
-        hz: Samples per second. By default messages have the motion's own points, without loss,
-            tables 100 samples per second, URScript 125 and logs 50.
-
-    Returns:
-        A summary of the file and its losses, which can be printed.
+        hz: Samples per second. By default messages have the motion's own points, tables 100 samples per
+            second, URScript 125 and logs 50.
 
     Raises:
         NameNotFound: If no format has this name.

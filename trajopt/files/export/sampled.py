@@ -131,9 +131,8 @@ DERIVATIVES = ("positions", "velocities", "accelerations")
 PARTS = tuple(np.linspace(0.0, 1.0 - 1e-9, 21).tolist())
 """Points between two samples for comparing derivatives, as fractions of the interval."""
 NEGLIGIBLE = 0.01
-"""Smallest peak of a joint, as a fraction of the largest peak of all joints; keeps nearly motionless joints
-from
-producing large ratios.
+"""Smallest peak of a joint, as a fraction of the largest peak of all joints; nearly motionless joints have
+large ratios.
 """
 LEAST = 1e-3
 """Smallest reported excess, as a fraction of the peak; the timing keeps an equal margin to the limits."""
@@ -159,6 +158,5 @@ def excess(motion: Trajectory, samples: Trajectory) -> Iterator[str]:
 
 
 def _peaks(motion: Trajectory, times: Floats, order: int) -> Floats:
-    """Return the largest magnitude of a derivative of each joint at and between times, shape (n,)."""
     steps = np.diff(times)
     return np.max([np.abs(motion(times[:-1] + part * steps, order)).max(axis=0) for part in PARTS], axis=0)

@@ -32,8 +32,9 @@ CONTROL_RATE = 125.0
 e-Series' 500 [1/s].
 """
 AT_START = 0.01
-"""Largest distance of a joint from the start of the motion when the program begins. Half a degree exceeds the
-error of an arm at rest and is small against the clearances of the motion [rad].
+"""Largest distance of a joint from the start of the motion when the program begins: half a degree, more than
+the error of
+an arm at rest [rad].
 """
 FASTEST_RATE = 500.0
 """Cycles per second of the e-Series [1/s]."""
@@ -183,7 +184,6 @@ def _within(name: str, value: float, lower: float, upper: float) -> None:
 
 
 def _rest_at_start(times: Floats, positions: Floats) -> float:
-    """Return the duration of the rest at the start of a motion [s]."""
     moved = np.flatnonzero(np.abs(positions - positions[0]).max(axis=1) > _STILL)
     rests = float(times[max(int(moved[0]) - 1, 0)]) if len(moved) else 0.0
     return rests if rests > _SHORTEST_REST else 0.0
@@ -197,8 +197,7 @@ def _vector(row: Iterable[float]) -> str:
 def _leg(difference: Floats, seconds: float, peaks: Floats) -> tuple[float, float]:
     """Return speed and acceleration of the leading joint of a straight line, as `movej` takes them.
 
-    The speed is the mean speed of the motion on the line, so no joint exceeds its speed in the motion.
-    The acceleration keeps each joint within its peak acceleration in the motion.
+    The mean speed of the motion on the line, and an acceleration within each joint's peak in the motion.
     """
     moved = np.abs(difference)
     lead = float(moved.max())
@@ -225,7 +224,6 @@ def _corners(positions: Floats, tolerance: float) -> list[int]:
 
 
 def _farthest(rows: Floats, tolerance: float) -> int | None:
-    """Return the row farthest from the line between the first and the last; None if all are near."""
     line = rows[-1] - rows[0]
     square = float(line @ line)
     along = np.clip((rows - rows[0]) @ line / square, 0.0, 1.0) if square > 0.0 else np.zeros(len(rows))
@@ -235,7 +233,6 @@ def _farthest(rows: Floats, tolerance: float) -> int | None:
 
 
 def _write(path: Path, moves: Sequence[str], start: Floats, notes: Sequence[str]) -> None:
-    """Write the program: a header, a check of the arm's start position, and the moves."""
     lines = [
         *(f"# {note}" for note in notes),
         f"start = {_vector(start)}",

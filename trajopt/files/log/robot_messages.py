@@ -134,7 +134,6 @@ class RobotMessages(Value):
             yield tuple(name for name in self._bodies if timed is None or timed.there(name, time))
 
     def _frames(self, positions: Floats, clock: Floats) -> Iterator[list[tuple[str, Placement]]]:
-        """Yield the placements of all frames in the world at each time."""
         timed = self._timed
         placed = evaluator(self._model).kinematics(
             positions if timed is None else timed.positions(positions, clock)
@@ -178,7 +177,6 @@ def _transform(time: float, name: str, at: Placement) -> Json:
 
 
 def _primitives(shape: Shape, at: Placement) -> Iterator[tuple[str, Json]]:
-    """Yield Foxglove's primitives of a shape, each with the name of its list."""
     match shape:
         case Box():
             yield "cubes", _sized(at, (shape.x, shape.y, shape.z))

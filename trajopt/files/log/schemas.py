@@ -1,7 +1,6 @@
 """JSON schemas of the messages of a log: those of Foxglove that it uses, and two of our own.
 
 Viewers know Foxglove's messages by their names; https://docs.foxglove.dev/docs/sdk/schemas describes them.
-The schemas here have the fields that are written.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
 """Messages of ROS and MoveIt, written once in the table of `definitions`.
 
-Each message is a data class with ROS' defaults, imported by its name: `from trajopt.files.messages import
-PlanningScene`. `encode` and `decode` convert messages to plain data and back as ROS 1 or ROS 2 writes them;
-`document_of` makes the document that `trajopt.files.moveit` reads, of messages from here and of ROS' own.
+Each message is a data class with ROS' defaults: `from trajopt.files.messages import PlanningScene`. `encode`
+and `decode` convert messages to plain data and back as ROS 1 or ROS 2 writes them; `document_of` makes the
+document that `trajopt.files.moveit` reads.
 """
 
 from trajopt.files.messages.definitions import definitions as definitions

@@ -282,7 +282,7 @@ def decode(
     Args:
         kind: The message's class.
         document: The plain data, or a node of a document.
-        generation: The generation of the writer, for the w of a quaternion that is left out.
+        generation: Of the writer, for the w of a quaternion that is left out.
         name: Name used in error messages instead of a file name.
 
     Raises:

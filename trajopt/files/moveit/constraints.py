@@ -48,9 +48,8 @@ VIEW_AXES = (2, 1, 0)
 """Column of the sensor's axis by `sensor_view_direction`: z, y, x."""
 
 ConstraintReader = Callable[[Node, Scene, Reading], tuple[Requirement, ...]]
-"""Function of one element of a field of a constraints message, the scene and the meaning of names; returns
-the
-requirements of the element.
+"""Function of one element of a constraints field, the scene and the meaning of names; returns its
+requirements.
 """
 FREE = np.inf
 
@@ -76,11 +75,7 @@ class PointRegion:
 
 
 def read_region(node: Node, scene: Scene, reading: Reading) -> PointRegion:
-    """Return the region of a position constraint; of a sphere, the cube inside it.
-
-    Args:
-        reading: Meaning of names; its notes receive deviations from the file.
-    """
+    """Return the region of a position constraint; of a sphere, the cube inside it."""
     region = node.only(field_names(PositionConstraint))["constraint_region"].only(field_names(BoundingVolume))
     primitives, poses = region["primitives"].elements(), region["primitive_poses"].elements()
     if region["meshes"].elements():
@@ -140,14 +135,7 @@ class Orientation:
 
 
 def read_orientation(node: Node, scene: Scene, reading: Reading) -> tuple[Orientation, Scene]:
-    """Return the orientation required by a message.
-
-    Args:
-        reading: Meaning of names; its notes receive deviations from the file.
-
-    Returns:
-        The orientation, and the scene with a rotated copy of the frame if needed.
-    """
+    """Return the orientation required by a message, and the scene with the frames that it needs."""
     node.only(field_names(OrientationConstraint))
     link = read_frame_name(node["link_name"], scene)
     reference = read_frame(node["header"], scene, reading)
@@ -171,9 +159,10 @@ def _along_header(
 ) -> tuple[Orientation, Scene]:
     """Return a rotation vector's tolerance, which MoveIt defines along the axes of the header.
 
-    A requirement defines it along the axes of the goal orientation R_g. If R_g only permutes axes, the
-    tolerances are permuted too. Otherwise the link gets a copy of its frame, rotated by R_g^T, whose goal is
-    aligned with the header's axes: log(R R_g^T) = log(I^T (R R_g^T)).
+    A requirement defines it along the axes of the goal orientation R_g. If R_g only permutes axes, so are the
+    tolerances.
+    Otherwise the link gets a copy of its frame, rotated by R_g^T, whose goal is aligned with the header's
+    axes: log(R R_g^T) = log(I^T (R R_g^T)).
     """
     vector = RotationCoordinates.ROTATION_VECTOR
     axes = np.abs(rotation).argmax(axis=0)
@@ -192,11 +181,8 @@ def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Require
     """Return the requirements of a visibility constraint.
 
     The range angle becomes a gaze: the line to the target lies within a cone about the sensor's axis. The
-    view angle becomes an alignment of the sensor's axis with the target's -z. Obstacles in the cone between
-    them are not checked, which is noted.
-
-    Args:
-        reading: Meaning of names; its notes receive a sentence on the unchecked obstacles.
+    view angle becomes an alignment of the sensor's axis with the target's -z. Obstacles in the cone are not
+    checked, which is noted.
 
     Source: MoveIt, `kinematic_constraints::VisibilityConstraint::decide`.
     """
@@ -245,16 +231,13 @@ READERS: dict[str, ConstraintReader] = {"visibility_constraints": read_visibilit
 
 
 def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[Requirement, ...], Scene]:
-    """Return the requirements of a constraints message.
+    """Return the requirements of a constraints message, and the scene with the frames that they need.
 
     A position and an orientation of the same frame and reference become one requirement, if the axes of the
     position's region permit it. Weights are ignored: everything is required.
 
     Args:
         reading: Meaning of names; its notes receive deviations from the file.
-
-    Returns:
-        The requirements, and the scene with the frames that they need.
 
     Raises:
         FileFormatError: If a constraint is malformed or of an unsupported kind.
@@ -280,7 +263,7 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
 def reads_constraints(field: str) -> Callable[[ConstraintReader], ConstraintReader]:
     """Register a reader for an additional field of constraints messages.
 
-    Use `@reads_constraints("gap_constraints")` on a function that converts one element of the field to
+    `@reads_constraints("gap_constraints")` marks a function that converts one element of the field to
     requirements. Its module is imported like the modules of other kinds of requirements.
     """
 

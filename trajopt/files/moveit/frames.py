@@ -70,7 +70,6 @@ def read_frame(header: Node, scene: Scene, reading: Reading) -> str:
 
 
 def read_frame_name(node: Node, scene: Scene) -> str:
-    """Return the name of a frame of the robot or of an object that a link carries."""
     name = node.text()
     carried = [key for key in scene.objects if scene.holder(key).link != WORLD]
     require(node, FrameNotFound, "frame", name, (*scene.frame_names, *carried))
@@ -117,9 +116,8 @@ def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[floa
 def read_placement(node: Node, notes: list[str]) -> Placement:
     """Return a pose (position, orientation) or transform (translation, rotation).
 
-    Missing components are zero. Only a quaternion's w, if any of x, y and z is given, defaults to 0 in ROS 1
-    and to 1 in ROS 2. A quaternion of zeros is an unset message field and represents no rotation; others are
-    normalised.
+    Missing components are zero; a quaternion's w, if any of x, y and z is given, is 0 in ROS 1 and 1 in ROS
+    2. A quaternion of zeros is an unset message field and represents no rotation; others are normalised.
 
     Args:
         node: The pose; identity if missing.

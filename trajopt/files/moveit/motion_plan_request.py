@@ -38,9 +38,8 @@ class RequestFile(Value):
     """The content of a motion plan request file.
 
     Attributes:
-        scene: The scene, including objects attached in the start state.
+        scene: Including objects attached in the start state.
         start: Positions of all joints, shape (number of joints,) [rad | m].
-        group: The planning group.
         goals: Requirements at the end; if there are several goals, the first.
         alternatives: Alternative goals by name, if the file has several; any one suffices.
         constraints: Requirements along the whole path.
@@ -163,7 +162,6 @@ def request_of(
 
 
 def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[ToolSpeed, ...]:
-    """Read the speed limit of a link, by default the end of the group's chain, as in MoveIt."""
     limit = document["max_cartesian_speed"].number(0.0)
     if limit <= 0.0:
         return ()
@@ -192,7 +190,6 @@ def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requiremen
 def _read_goals(
     node: Node, scene: Scene, reading: Reading
 ) -> tuple[Mapping[str, tuple[Requirement, ...]], Scene]:
-    """Read the alternative goals by name; unnamed goals are named by their index."""
     found: dict[str, tuple[Requirement, ...]] = {}
     for place, goal in enumerate(node.elements(), start=1):
         requirements, scene = read_constraints(goal, scene, reading)

@@ -49,8 +49,8 @@ class ObjectMessage:
 def read_object(node: Node, reading: Reading) -> ObjectMessage:
     """Return the content of a collision object message.
 
-    As in MoveIt, an object without a pose takes the pose of its single shape, if it has exactly one; the
-    object's id used as a frame then means this pose.
+    As in MoveIt, an object without a pose takes the pose of its single shape; its id as a frame then means
+    this pose.
     """
     node.only(field_names(CollisionObject))
     parts = read_parts(node, reading.notes)
@@ -69,7 +69,6 @@ def read_object(node: Node, reading: Reading) -> ObjectMessage:
 
 
 def read_operation(node: Node) -> str:
-    """Return the name of an operation that is written as a name, a number or a byte."""
     value = node.value
     if isinstance(value, bytes | str) and len(value) == 1:
         value = ord(value)
@@ -118,13 +117,7 @@ def add(
     frame: str,
     touch_links: frozenset[str] = frozenset(),
 ) -> Scene:
-    """Return the scene with the message's object, replacing any object of the same id.
-
-    Args:
-        placement: Of the object in `frame`.
-        frame: "world" or a frame of the robot.
-        touch_links: Links that may touch the object.
-    """
+    """Return the scene with the message's object in `frame`, replacing any object of the same id."""
     name = message.name
     if not message.parts:
         raise message.node.error(f"object {name!r} has no shape")
@@ -145,11 +138,6 @@ def add(
 
 
 def append(message: ObjectMessage, placement: Placement, scene: Scene, reading: Reading) -> Scene:
-    """Return the scene with the message's shapes added to an object at the message's poses.
-
-    Args:
-        placement: Of the message's object frame in the object.
-    """
     name = message.name
     try:
         added = Scene(scene.robot).add(name, message.parts, meshes=reading.meshes).object(name)
@@ -163,7 +151,6 @@ def append(message: ObjectMessage, placement: Placement, scene: Scene, reading: 
 
 
 def with_subframes(message: ObjectMessage, placement: Placement, scene: Scene) -> Scene:
-    """Return the scene with the frames on an object: frame f of object o is named "o/f"."""
     for name, where in message.subframes:
         frame = f"{message.name}/{name}"
         scene = without(scene, frame).add(frame, (), placement * where, frame=message.name)
@@ -203,9 +190,6 @@ def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
     A message with shapes creates the object; without shapes, it attaches the world object of that id at its
     current pose. APPEND adds shapes to the attached object. REMOVE leaves the object in the world at its
     pose.
-
-    Args:
-        reading: Meaning of names; its positions are the configuration of attaching.
 
     Raises:
         FileFormatError: If the message cannot be applied.
@@ -285,11 +269,7 @@ DIMENSIONS = {
 
 
 def read_parts(node: Node, notes: list[str]) -> tuple[Part, ...]:
-    """Return the shapes of a collision object, each with its placement in the object's frame.
-
-    Args:
-        notes: Receives a sentence for every plane, and for every quaternion not of unit length.
-    """
+    """Return the shapes of a collision object, each with its placement in the object's frame."""
 
     def plane(element: Node) -> Part:
         notes.append(f"{element.place}: the space below the plane is solid")

@@ -32,13 +32,8 @@ from trajopt.values.placement import WORLD, Placement
 def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
     """Return the scene with the message's allowed-collision matrix in place of the robot's.
 
-    The matrix replaces the description's entries for pairs of links that it both names; other links keep the
-    description's entries. A matrix without pairs only adds its defaults. If two defaults apply to a pair,
-    both must allow contact, as in MoveIt.
-
-    Args:
-        node: The matrix; its rows are lists, or mappings with `enabled`.
-        scene: The scene with everything that the matrix may name.
+    The matrix replaces the description's entries for pairs of links that it both names. A matrix without
+    pairs only adds its defaults. If two defaults apply to a pair, both must allow contact, as in MoveIt.
     """
     node.only(field_names(AllowedCollisionMatrix))
     names = [name.text() for name in node["entry_names"].elements()]
@@ -74,7 +69,6 @@ def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
 def _set(
     entries: dict[frozenset[str], bool], pair: frozenset[str], allowed: bool, defaults: dict[str, bool]
 ) -> None:
-    """Enter a pair if it differs from the defaults, so that the defaults can still be changed."""
     entries.pop(pair, None)
     if allowed != any(defaults.get(name, False) for name in pair):
         entries[pair] = allowed
@@ -139,13 +133,11 @@ class SceneFile:
 def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
     """Read a `moveit_msgs/PlanningScene` from YAML.
 
-    The result is a new scene. Objects in the frame of a link are placed in the world at the file's robot
-    state. A fixed frame in a frame of the robot becomes a tool frame (`Scene.with_tool`); others are
-    fixed in the world. Link padding becomes a required clearance from world objects, and link scale scales
-    the link's collision shapes. Colours are ignored.
+    Objects in the frame of a link are placed in the world at the file's robot state. A fixed frame in a frame
+    of the robot becomes a tool frame (`Scene.with_tool`). Link padding becomes a required clearance from
+    world objects, and link scale scales the link's collision shapes. Colours are ignored.
 
     Args:
-        robot: The robot of the scene.
         meshes: Conversion of meshes to convex shapes; the default policy when None.
 
     Raises:
@@ -250,9 +242,9 @@ def refuse_octomap(node: Node) -> None:
 def with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
     """Return the scene with a message's link padding and link scale.
 
-    A padding is the clearance of the link and its attached objects from world objects; as in MoveIt, it does
-    not apply between the robot's own links. A scale applies to the link's collision shapes: primitives about
-    their origin, meshes about the mean of their vertices.
+    A padding is the clearance of the link and its attached objects from world objects, as in MoveIt. A scale
+    applies to the link's collision shapes: primitives about their origin, meshes about the mean of their
+    vertices.
     """
     robot, scales = scene.robot, dict[str, float]()
     for node in document["link_scale"].elements():

@@ -66,9 +66,7 @@ def read_workspace(
 ) -> tuple[Requirement, ...]:
     """Return the requirement of a workspace: a planar base stays inside; arms are not restricted.
 
-    Args:
-        node: The workspace; a box of zero size is ignored, as in MoveIt.
-        notes: Receives a sentence if the box is in another frame and therefore ignored.
+    A box of zero size or in another frame is ignored.
     """
     moved = robot.base.joints[:2] if len(robot.base.joints) == len(PLANAR) else ()
     corners = [read_vector(node[key]) for key in ("min_corner", "max_corner")]
@@ -90,7 +88,6 @@ def read_workspace(
 
 
 def _transforms(node: Node, robot: Robot) -> list[tuple[str, Node]]:
-    """Return transforms by joint; a single one is the base's if it or the base joint is unnamed."""
     node.only(field_names(MultiDOFJointState))
     names = [name.text() for name in node["joint_names"].elements()]
     transforms = node["transforms"].elements()
@@ -108,12 +105,8 @@ def _same(one: Placement, other: Placement) -> bool:
 def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, float]:
     """Return the joint positions in a robot state, by joint [rad | m].
 
-    Drivers publish joints that the description fixes or does not have, such as wheels and fingers; these are
-    skipped and noted. The positions of a planar base come from its transform; see `base_positions`.
-
-    Args:
-        node: The robot state message.
-        notes: Receives a sentence on the skipped joints, and for every quaternion not of unit length.
+    Joints that the description fixes or does not have, such as wheels and fingers, are skipped and noted. The
+    positions of a planar base come from its transform; see `base_positions`.
 
     Raises:
         FileFormatError: If names and positions are inconsistent, or a fixed base is not at its fixed pose.
@@ -175,16 +168,10 @@ def _near(joint: str, free: list[str]) -> str:
 
 
 def layered_positions(robot: Robot, *layers: Mapping[str, float]) -> Floats:
-    """Return positions of all joints; later layers override earlier ones.
+    """Return positions of all joints, (number of joints,) [rad | m]; later layers override earlier ones.
 
     If a later layer moves the source of a mimic joint, the joint follows its source, unless that layer or a
-    later one names the joint itself.
-
-    Args:
-        layers: Joint -> position [rad | m]; joints in no layer have their default.
-
-    Returns:
-        Positions, shape (number of joints,) [rad | m].
+    later one names the joint itself. Joints in no layer have their default.
     """
     named: dict[str, float] = {}
     for layer in layers:

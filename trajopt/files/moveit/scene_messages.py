@@ -118,7 +118,6 @@ def _enter(message: CollisionObject, shape: Shape, where: Placement) -> None:
 
 
 def _primitives(shape: Box | Sphere | Cylinder | Cone | Capsule) -> list[tuple[SolidPrimitive, Placement]]:
-    """Return a shape as primitives; a capsule is a cylinder between two spheres."""
     here = Placement()
     match shape:
         case Box():
@@ -145,7 +144,6 @@ def mesh_message(mesh: Mesh | Convex) -> MeshMessage:
 
 
 def matrix_message(scene: Scene) -> AllowedCollisionMatrix:
-    """Return the allowed contacts as a matrix over all links and objects."""
     names = [*scene.robot.links, *(name for name, item in scene.objects.items() if item.parts)]
     rows = [AllowedCollisionEntry([_excused(scene, a, b) for b in names]) for a in names]
     defaults = scene.allowed.defaults
@@ -217,7 +215,6 @@ def write_scene(path: Path | str, scene: Scene, positions: Floats) -> None:
     motions; a bundle can (`result.save`).
 
     Args:
-        scene: The robot and its surroundings.
         positions: Of all joints, shape (number of joints,) [rad | m].
 
     Raises:

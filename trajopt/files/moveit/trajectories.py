@@ -96,7 +96,6 @@ def read_times(node: Node) -> Floats:
 
 
 def _read_time(node: Node) -> float:
-    """Return a time in seconds, written as a number or as {sec:, nanosec:} (or secs, nsecs)."""
     if not isinstance(node.value, dict):
         return node.number()
     node.only(("sec", "nanosec", "secs", "nsecs"))
@@ -122,8 +121,7 @@ def _read_rows(points: list[Node], key: str, names: tuple[str, ...]) -> Floats |
 def on_whole_nanoseconds(trajectory: Trajectory) -> Trajectory:
     """Return a motion with its points at whole nanoseconds, the resolution of messages.
 
-    Each point is evaluated on the motion at its rounded time. With the original positions at rounded times,
-    the interpolating polynomials would have to compensate the rounding and could exceed the limits.
+    Each point is evaluated at its rounded time: original positions at rounded times could exceed the limits.
     """
     times = np.round(trajectory.times * NANOSECONDS) / NANOSECONDS
     if (np.diff(times) <= 0.0).any():
@@ -165,19 +163,13 @@ def in_the_plane(node: Node, notes: list[str]) -> tuple[float, float, float]:
 
 
 def split(trajectory: Trajectory) -> tuple[Trajectory | None, Trajectory | None]:
-    """Return the trajectories of single and of planar joints; None for an empty part."""
     several = [stem + suffix for stem in planar_joints(trajectory.joint_names) for suffix in PLANAR]
     single = [name for name in trajectory.joint_names if name not in several]
     return _part(trajectory, single), _part(trajectory, several)
 
 
 def joined(node: Node, single: Trajectory, several: Trajectory | None) -> Trajectory:
-    """Return one trajectory of both; it has velocities and accelerations if both parts have them.
-
-    Args:
-        node: The message, for errors.
-        single: Trajectory of single joints.
-        several: Trajectory of planar joints, if any.
+    """Return one trajectory of single and, if any, planar joints; with rates if both parts have them.
 
     Raises:
         FileFormatError: If they have points at different times.
@@ -250,7 +242,6 @@ def _part(trajectory: Trajectory, names: Sequence[str]) -> Trajectory | None:
 
 
 def _rows(points: Sequence[Node], key: str, count: int) -> Floats | None:
-    """Return x, y and yaw of all joints at all points, or their rates, shape (k, 3 count); None if absent."""
     rows: list[list[float]] = []
     for point in points:
         elements = point[key].elements()
@@ -328,7 +319,6 @@ def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotT
 
 
 def trajectory_document(message: RobotTrajectory | JointTrajectory) -> dict[str, object]:
-    """Return a trajectory's message as plain data in ROS 2's spelling, without empty lists in its points."""
     document = encode(message)
     for inner in (document, *document.values()):
         if isinstance(inner, dict) and "points" in inner:
@@ -371,13 +361,11 @@ def _by_joint(row: Floats) -> list[list[float]]:
 
 
 def trajectory_of(message: object, name: str, group: Group, start: Mapping[str, float]) -> Trajectory | None:
-    """Return the trajectory of a RobotTrajectory or JointTrajectory message; None where it has no points.
+    """Return the trajectory of a RobotTrajectory or JointTrajectory message; None if it has no points.
 
     Args:
-        name: What complaints call it.
-        group: Whose joints it is of.
-        start: Joint -> where it is [rad | m]: a base's whole turns, which no message tells, are those from
-            there.
+        name: Name used in error messages.
+        start: Joint -> position [rad | m]: a base's whole turns continue from there.
 
     Raises:
         FileFormatError: If it is malformed.
@@ -405,8 +393,7 @@ def read_table(path: Path | str) -> Trajectory:
     """Read a table: `time` [s], and `position_NAME`, `velocity_NAME` and `acceleration_NAME` of each joint.
 
     Columns may have any order; the joints follow the order of the position columns. Accelerations, or
-    velocities and accelerations, may be omitted for all joints. Rows are interpolated by quintic polynomials
-    with both, by cubic ones with velocities, else linearly.
+    velocities and accelerations, may be omitted for all joints.
     """
     try:
         lines = [line for line in csv.reader(io.StringIO(read_text(path)), strict=True) if line]
@@ -430,7 +417,6 @@ def read_table(path: Path | str) -> Trajectory:
 
 
 def _joints(path: Path | str, columns: Sequence[str]) -> tuple[str, ...]:
-    """Return the joint names, after checking that every column occurs once and none is unknown."""
     names = tuple(name.removeprefix("position_") for name in columns if name.startswith("position_"))
     if "time" not in columns or not all(names) or not names:
         raise FileFormatError(
@@ -480,11 +466,11 @@ def _check_times(path: Path | str, times: Floats) -> None:
 def read_trajectory(path: Path | str) -> Trajectory:
     """Read a trajectory in any format that trajopt writes, except URScript.
 
-    The file may be a plan's JSON, a `moveit_msgs/RobotTrajectory`, a `trajectory_msgs/JointTrajectory`, or
-    the goal of a `control_msgs/action/FollowJointTrajectory` (each JSON if the file name ends in .json, else
-    YAML). A name that ends in .csv means a table with columns `time`, `position_JOINT`, `velocity_JOINT` and
-    `acceleration_JOINT`. Points are interpolated by quintic polynomials with accelerations, by cubic ones
-    with velocities, else linearly. Tolerances of a goal are ignored.
+    A plan's JSON, a `moveit_msgs/RobotTrajectory`, a `trajectory_msgs/JointTrajectory`, or the goal of a
+    `control_msgs/action/FollowJointTrajectory` (each JSON if the file name ends in .json, else YAML), or a
+    table in .csv with columns `time`, `position_JOINT`, `velocity_JOINT` and `acceleration_JOINT`. Points are
+    interpolated by quintic polynomials with accelerations, by cubic ones with velocities, else linearly.
+    Tolerances of a goal are ignored.
 
     Raises:
         FileFormatError: If the file is incomplete or malformed.

@@ -50,7 +50,7 @@ class LeafSearch:
     """Search for leaves along one motion.
 
     An interval of length h is a leaf if a direction separates the parts at both ends by more than the
-    clearance and u h^2 / 8, where u bounds the accelerations of both, as the checker decides it.
+    clearance and u h^2 / 8, where u bounds the accelerations of both.
     """
 
     def __init__(
@@ -77,7 +77,6 @@ class LeafSearch:
         self._shapes = [_coal_shape(part) for part in parts]
 
     def search(self) -> tuple[Leaves, Leaves]:
-        """Return leaves that cover the motion for every pair, and intervals for which there is none."""
         count = len(self._pairs)
         pair, begin = np.arange(count), np.zeros(count)
         end, found, given_up = np.full(count, self._motion.duration), list[Leaves](), list[Leaves]()
@@ -97,7 +96,6 @@ class LeafSearch:
         return _ordered(found), _ordered(given_up)
 
     def _middle(self, begin: Floats, end: Floats) -> Floats:
-        """Return the knot nearest to the middle of each interval, or the middle if no knot is inside."""
         times, middle = self._motion.trajectory.times, (begin + end) / 2.0
         place = np.clip(np.searchsorted(times, middle), 1, len(times) - 1)
         near = np.where(middle - times[place - 1] < times[place] - middle, times[place - 1], times[place])
@@ -131,7 +129,6 @@ class LeafSearch:
     def _rounded(
         self, poses: Poses, apart: Floats, time: Ints, seen: Ints, first: Ints, second: Ints
     ) -> Directions:
-        """Return vectors of the world in the frames of joints, rounded; along half-spaces their normals."""
         local = np.einsum("cij,ci->cj", poses.rotation[time, seen], apart)
         for side, sign in ((first, 1.0), (second, -1.0)):
             for number in np.unique(side):
@@ -151,7 +148,6 @@ class LeafSearch:
         ends: tuple[Ints, Ints],
         direction: Directions,
     ) -> Floats:
-        """Return how far directions separate parts at the worse end of intervals [m]."""
         unit = direction / np.linalg.norm(direction, axis=1)[:, None]
         gaps: list[Floats] = []
         for time in ends:
@@ -180,7 +176,6 @@ class LeafSearch:
         begin: Floats,
         end: Floats,
     ) -> Floats:
-        """Bound how far the parts' points are off their chords, along any direction [m]."""
         rates = [self._motion.rates(begin, end, order) for order in (1, 2)]
         half = (end - begin) / 2.0
         axes = np.einsum("cjik,jk->cji", poses.rotation, self._motion.kinematics.axes)
@@ -221,7 +216,6 @@ class LeafSearch:
         return u
 
     def _normal(self, poses: Poses, time: int, first: int, second: int, apart: Floats) -> Floats:
-        """Return the direction between the nearest points of two parts; a given one where Coal finds none."""
         sides = [self._shapes[first], self._shapes[second]]
         places: list[coal.Transform3s] = []
         for part in (self._parts[first], self._parts[second]):

@@ -97,7 +97,6 @@ def _verified(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
 
 
 def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
-    """Return pairs with leaves that cover the motion; exact meshes whose hulls meet are excused."""
     pairs = proven_pairs(motion.reduced)
     leaves, lost = LeafSearch(motion, pairs.parts, pairs.pairs, pairs.required).search()
     if not len(lost.pair):

@@ -186,7 +186,6 @@ def _everywhere(begin: Floats, end: Floats) -> Bools:
 
 
 def _seen(reduced: ReducedModel, frame: str, reference: str) -> tuple[Anchor, Anchor] | None:
-    """Return the anchors of a frame and of its reference; None if the latter does not carry the former."""
     found, base = reduced.anchors.get(frame), reduced.anchors.get(reference)
     if found is None or base is None:
         return None
@@ -210,7 +209,6 @@ def _sized(shape: Box | Sphere | Cylinder | Plane) -> tuple[str, list[float]]:
 
 
 def _beyond(shape: Box | Sphere | Cylinder | Plane, where: Placement, points: Floats) -> Floats:
-    """Return how far points (c, 3) are outside of a shape, negative inside, (c,) [m]."""
     local = (points - where.translation) @ where.rotation
     match shape:
         case Box(x=x, y=y, z=z):

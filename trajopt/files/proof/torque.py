@@ -120,7 +120,6 @@ class _InverseDynamics:
         self._model = loaded_model(motion.reduced)
 
     def at(self, begin: Floats, times: Floats) -> Floats:
-        """Return the torques at times of pieces in which intervals begin, (c, n) [Nm | N]."""
         knots = self._motion.trajectory.times
         piece = np.clip(np.searchsorted(knots, begin, side="right") - 1, 0, len(knots) - 2)
         values = [order.at(piece, times - knots[piece])[None] for order in self._orders[:3]]
@@ -143,7 +142,6 @@ class _InverseDynamics:
         return 2.0 * (np.abs(found.centre[2]) + found.radius[2])
 
     def _torques(self, state: list[_Series]) -> _Series:
-        """Return the torques of the group's joints, (orders, c, n), for states of the model's joints."""
         model, arm = self._model, self._motion.kinematics
         still = _constant(np.zeros((len(state[0].centre[0]), 3)))
         push = [_Series(still.centre - model.gravity.linear, still.radius)]
@@ -182,7 +180,6 @@ class _InverseDynamics:
         return _Series(*every).by("jn,ocj->ocn", self._motion.reduced.mimic_matrix)
 
     def _placed(self, joint: int, position: _Series) -> tuple[_Series, _Series]:
-        """Return rotation (orders, c, 3, 3) and origin (orders, c, 3) of a joint in its parent's frame."""
         where, axis = self._model.jointPlacements[joint], self._motion.kinematics.axes[joint]
         fixed, cells = np.array(where.rotation), len(position.centre[0])
         origin = _constant(np.broadcast_to(where.translation, (cells, 3)))

@@ -53,7 +53,6 @@ def placement_of(pose: Any) -> Placement:
 
 
 def framed_placement(pose: Any, frame: str) -> tuple[Placement, str]:
-    """Return a pose's placement and frame: its own frame if stamped, else the given frame."""
     if is_message(pose, "header", "pose"):
         return placement_of(pose.pose), str(pose.header.frame_id).removeprefix("/") or frame
     return placement_of(pose), frame

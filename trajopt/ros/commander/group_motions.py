@@ -56,8 +56,7 @@ PATH_TOLERANCE = 1e-3
 def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:
     """Accept calls of `compute_cartesian_path` with or without MoveIt's former `jump_threshold`.
 
-    Until 2023 the third argument was the largest allowed joint jump. The paths planned here are continuous in
-    the joints, so they satisfy any threshold.
+    Paths planned here are continuous in the joints, so they satisfy any threshold.
     """
 
     @wraps(function)
@@ -87,8 +86,7 @@ class GroupMotions(GroupBase):
         Args:
             waypoints: Poses, in the pose reference frame or stamped.
             eef_step: As in MoveIt, > 0 [m]; ignored, because the lines are checked continuously.
-            avoid_collisions: Whether to stop before a collision. A preceding number, the `jump_threshold` of
-                scripts from before 2023, is accepted and ignored.
+            avoid_collisions: Whether to stop before a collision; a preceding `jump_threshold` is ignored.
             path_constraints: Further constraints (Constraints); the motion ends where they are violated.
 
         Returns:
@@ -209,7 +207,6 @@ class GroupMotions(GroupBase):
         return outcome.error_code.val
 
     def _while_held(self, scene: Scene) -> tuple[tuple[Requirement, ...], Scene]:
-        """Return the path constraints, and the scene with the frames that they need."""
         reading = reading_at(scene, self._world.positions)
         return read_constraints(document_of(self._path_constraints, "path constraints"), scene, reading)
 
@@ -218,7 +215,7 @@ def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: s
     """Convert a Grasp message to a grasp.
 
     Args:
-        message: The message; its pose is of the end effector, its postures are of the fingers.
+        message: Its pose is of the end effector, its postures are of the fingers.
         at: Current positions of all joints [rad | m].
 
     Raises:
@@ -257,11 +254,6 @@ def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
 
 
 def executed(result: PickPlaceResult, world: World, tip: str) -> bool:
-    """Execute all motions of a pick or place in order, and update the scene.
-
-    Returns:
-        Whether all motions succeeded; the world then holds the outcome of the last motion.
-    """
     for segment in result.require():
         reduced = segment.result.problem.reduced
         execution = Execution(reduced, segment.trajectory, tip)
@@ -277,7 +269,6 @@ def _frame(name: str, scene: Scene) -> str:
 
 
 def _straight(message: Any, link: str) -> Straight:
-    """Return a straight motion; values missing in the message take their defaults."""
     direction = read_vector(document_of(message.direction.vector, "direction")) or (0.0, 0.0, 0.0)
     distance = float(message.desired_distance)
     if not any(direction):

@@ -136,12 +136,9 @@ class GroupBase:
         *,
         world: World | None = None,
     ) -> None:
-        """Select a group.
+        """Select a group; other arguments are as in MoveIt, and ignored.
 
         Args:
-            robot_description: As in MoveIt; ignored, the world defines the robot.
-            ns: As in MoveIt; ignored, there are no namespaces.
-            wait_for_servers: As in MoveIt; ignored, there is no server to wait for.
             world: The world; the world of the enclosing `with` block when None.
 
         Raises:
@@ -167,7 +164,6 @@ class GroupBase:
         return self._world.robot.links[0]
 
     def _current(self) -> dict[str, float]:
-        """Return the current joint positions of the group, joint -> position [rad | m]."""
         here = self._world.positions[self._world.robot.index(self._group.joints)]
         return dict(zip(self._group.joints, here.tolist(), strict=True))
 
@@ -446,15 +442,11 @@ class GroupSettings(GroupBase):
 
 
 def jacobian(reduced: ReducedModel, link: str, values: Floats, reference_point: ArrayLike) -> Floats:
-    """Return the Jacobian of a point of a link, shape (6, n).
+    """Return the Jacobian of a point of a link, shape (6, n): linear above angular velocity, in world axes.
 
     Args:
-        reduced: The robot in its scene, the group's joints free.
         values: Positions of the group's joints, shape (n,) [rad | m].
         reference_point: The point in the link's frame, shape (3,) [m].
-
-    Returns:
-        Three rows of the linear and three of the angular velocity, in the axes of the world.
     """
     point = floats("reference_point", reference_point, (3,))
     query, (joint, where) = evaluator(reduced), reduced.attachment(link)

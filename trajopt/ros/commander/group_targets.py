@@ -165,7 +165,6 @@ class GroupTargets(GroupBase):
         del self._remembered[name]
 
     def _take(self, goal: Any) -> None:
-        """Set the target passed to `plan` or `go`: a name, a pose or joint values; ignore None."""
         if isinstance(goal, str):
             self.set_named_target(goal)
         elif is_message(goal, "header", "pose") or is_message(goal, "position", "orientation"):
@@ -218,7 +217,6 @@ class GroupTargets(GroupBase):
         return {joint: value for joint, value in named.items() if joint in self._group.joints}
 
     def _reaching(self, pose: Any, *more: Any) -> dict[str, float]:
-        """Return the nearest collision-free joint values with a link at a pose."""
         if True in more:
             raise MoveItCommanderException("there are no approximate solutions; widen the goal tolerances")
         link = self._link(next((each for each in more if isinstance(each, str)), ""))

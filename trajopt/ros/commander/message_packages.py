@@ -21,12 +21,7 @@ PACKAGES = (
 
 
 def import_package(parent: str, name: str) -> ModuleType:
-    """Return the module of a message package, importable by its name from now on.
-
-    Args:
-        parent: Module that contains it.
-        name: Name of the package.
-    """
+    """Return the module of a message package, importable by its name from now on."""
     package = ModuleType(f"{parent}.{name}", f"Stand-in for the ROS package {name}.")
     module = ModuleType(f"{package.__name__}.msg", f"Messages of {name}.")
     vars(module).update(classes_of(name), __getattr__=class_in(name))

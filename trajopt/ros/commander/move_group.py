@@ -78,8 +78,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
             wait: Whether to return after the motion, or after its start.
 
         Returns:
-            Whether the robot arrived (or started); `get_last_outcome` contains the final error or the reason
-            of a failure.
+            Whether the robot arrived (or started); see `get_last_outcome`.
         """
         if isinstance(joints, bool):
             joints, wait = None, joints
@@ -107,8 +106,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
             wait: Whether to return after the motion, or after its start.
 
         Returns:
-            Whether the robot arrived (or started); `get_last_outcome` contains the final error or the reason
-            of a failure.
+            Whether the robot arrived (or started); see `get_last_outcome`.
 
         Raises:
             MoveItCommanderException: If the trajectory is malformed, or its joints are not the group's.

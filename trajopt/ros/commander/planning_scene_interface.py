@@ -38,11 +38,9 @@ class PlanningSceneInterface:
     """Edits the scene of a world; the next plan uses each edit."""
 
     def __init__(self, ns: str = "", synchronous: bool = True, *, world: World | None = None) -> None:
-        """Select a world.
+        """Select a world; other arguments are as in MoveIt: edits are always synchronous.
 
         Args:
-            ns: As in MoveIt; ignored, there are no namespaces.
-            synchronous: As in MoveIt; edits are always synchronous.
             world: The world; the world of the enclosing `with` block when None.
         """
         self._world = world_or_current(world)

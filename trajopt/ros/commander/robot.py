@@ -152,11 +152,9 @@ class RobotCommander:
     def __init__(
         self, robot_description: str = "robot_description", ns: str = "", *, world: World | None = None
     ) -> None:
-        """Select a world.
+        """Select a world; other arguments are as in MoveIt, and ignored.
 
         Args:
-            robot_description: As in MoveIt; ignored, the world defines the robot.
-            ns: As in MoveIt; ignored, there are no namespaces.
             world: The world; the world of the enclosing `with` block when None.
         """
         self.world = world_or_current(world)

@@ -52,7 +52,6 @@ def link_names(robot: Robot, group: Group | None = None) -> list[str]:
 
 
 def _moved(group: Group) -> tuple[str, ...]:
-    """Return the links of a group; for a chain without its base link."""
     return group.links if group.tip is None else group.links[1:]
 
 
@@ -79,8 +78,6 @@ def problem_of(request: MotionPlanRequest, scene: Scene, positions: Floats) -> P
     """Convert a motion plan request to a problem.
 
     Args:
-        request: The message.
-        scene: Scene around the robot.
         positions: Current joint positions, for joints missing in the start state [rad | m].
 
     Raises:

@@ -109,17 +109,14 @@ class UnchangedMoveGroup(MoveGroupCommander):
     """A group whose script may name OMPL's planners: they are not here, and trajopt's plans."""
 
     def set_planner_id(self, planner_id: str) -> None:
-        """Select a planner; for an unknown name, warn and keep the default."""
         choose = super().set_planner_id
         _or_warn(lambda: choose(planner_id), "trajopt's own plans")
 
     def set_planning_pipeline_id(self, planning_pipeline: str) -> None:
-        """Select the pipeline; for an unknown name, warn and keep the only one."""
         choose = super().set_planning_pipeline_id
         _or_warn(lambda: choose(planning_pipeline), "trajopt's own plans")
 
     def execute(self, trajectory: Any, wait: bool = True) -> bool:
-        """Execute a motion, or all that `plan` returned: until 2020 that was the motion alone."""
         return super().execute(trajectory[1] if isinstance(trajectory, tuple) else trajectory, wait)
 
 
@@ -133,12 +130,10 @@ class UnchangedScene(PlanningSceneInterface):
     """A scene whose script may remove missing objects, as many scripts do first."""
 
     def remove_world_object(self, name: str | None = None) -> None:
-        """Remove an object or all objects from the world; warn if it does not exist."""
         remove = super().remove_world_object
         _or_warn(lambda: remove(name), "nothing is removed")
 
     def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:
-        """Detach an object and leave it in the world; warn if it does not exist."""
         remove = super().remove_attached_object
         _or_warn(lambda: remove(link, name), "nothing is detached")
 
@@ -175,7 +170,6 @@ class StandIn(ModuleType):
 
 
 def missing(module: ModuleType, name: str) -> str:
-    """Return an error message for a missing name, with the reason or a near match."""
     whole = f"{module.__name__}.{name}"
     if whole in REASONS:
         return f"{whole} has no stand-in: {REASONS[whole]}"
@@ -213,7 +207,6 @@ def stand_ins() -> dict[str, ModuleType]:
 
 @contextmanager
 def _stood_in(folder: Path) -> Generator[None]:
-    """Make the stand-ins importable for scripts of a folder, and restore the imports afterwards."""
     ours = stand_ins()
     before, path = dict(sys.modules), list(sys.path)
     sys.modules.update(ours)
@@ -249,7 +242,7 @@ def run_script(
         path: The script.
         arguments: Its arguments, without its name.
         world: World of its commanders.
-        stdin: Its standard input; the standard input of this process when None.
+        stdin: Its standard input; that of this process when None.
 
     Raises:
         FileFormatError: If the file does not exist.

@@ -41,11 +41,11 @@ class _Motion:
 class ServerBackend:
     """Backend of a world whose robot is planned and moved by a session of a server.
 
-    The scene is also kept here, so that queries of the world need no request. Motions of the server are not
-    trusted; they are verified here again.
+    The scene is also kept here, so that queries of the world need no request. Motions of the server are
+    verified here.
 
     Attributes:
-        robot: The robot, as described by the server.
+        robot: As described by the server.
         positions: Last joint positions reported by the server [rad | m].
     """
 
@@ -92,7 +92,6 @@ class ServerBackend:
         return {"robot": self.robot, "scene": self.scene}
 
     def stand(self, positions: Floats) -> None:
-        """Set the simulated robot's positions, shape (number of joints,) [rad | m]."""
         self._session.edit([{"stand": positions.tolist()}])
         self.positions = positions
 
@@ -122,7 +121,6 @@ class ServerBackend:
         return cast(R, value_of_message(Node(answer, "answer"), self._known, object))
 
     def begin(self, execution: Execution, *, paced: bool) -> str:
-        """Have the server drive a motion; return once it has begun, or why it has not."""
         motion = _Motion()
         document = {
             "scene": message_of(execution.reduced.scene, self._known),
@@ -151,7 +149,6 @@ class ServerBackend:
         return motion.error or str(motion.answer.get("refused", ""))
 
     def wait(self) -> str:
-        """Wait until the robot is at rest; return the fault, or an empty text."""
         motion = self._motion
         if motion is None or motion.thread is None:
             return ""
@@ -159,7 +156,6 @@ class ServerBackend:
         return motion.error or str(motion.answer.get("remark", ""))
 
     def stop(self) -> StopTaken | None:
-        """Stop the robot as soon as a proven stop allows; None if it is at rest."""
         motion = self._motion
         if motion is None or motion.thread is None or not motion.thread.is_alive():
             return None

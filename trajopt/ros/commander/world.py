@@ -35,11 +35,7 @@ R = TypeVar("R")
 
 
 class Backend(Protocol):
-    """Plans for a world and moves its robot.
-
-    The world itself answers queries that need only its robot, scene and joint positions; planning and motion
-    are delegated to the backend.
-    """
+    """Plans for a world and moves its robot; the world itself answers all other queries."""
 
     @property
     def robot(self) -> Robot:
@@ -192,7 +188,7 @@ class World:
             start: Start of the simulated robot: a named state or joint -> position [rad | m]; every group in
                 its first named state when None.
             executor: Executor of the robot. When None a simulated one, whose time advances only during
-                motions, and immediately if the script waits for the motion.
+                motions, and immediately if the script waits.
             wait: Lets a duration [s] pass on the clock of a given executor.
             seed: Seed of random targets.
 
@@ -266,7 +262,6 @@ class World:
 
     @property
     def positions(self) -> Floats:
-        """Current positions of all joints, shape (number of joints,) [rad | m]."""
         return self._backend.positions
 
     @property
@@ -383,13 +378,7 @@ def _served(
 
 
 def group_named(robot: Robot, name: str) -> Group:
-    """Return a group by its name; the robot's name as a prefix is optional.
-
-    MoveIt's own Panda configuration has named its hand both `hand` and `panda_hand`; scripts use either name.
-
-    Raises:
-        GroupNotFound: If the group does not exist.
-    """
+    """Return a group by its name; the robot's name as a prefix is optional (`hand`, `panda_hand`)."""
     prefix = f"{robot.name}_"
     alike = (one_of("group", name, str), f"{prefix}{name}", name.removeprefix(prefix))
     return robot.group(next((each for each in alike if each in robot.groups), name))

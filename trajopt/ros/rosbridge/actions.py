@@ -190,7 +190,6 @@ class ActionGoal:
             self.tell(feedback)
 
     async def _moved(self, cell: Cell) -> dict[str, Any]:
-        """Plan a motion, and drive it unless only the plan is requested."""
         try:
             goal = msgspec.json.decode(self.message, type=_MoveGoal)
         except (msgspec.MsgspecError, RecursionError) as error:

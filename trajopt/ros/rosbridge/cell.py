@@ -52,7 +52,7 @@ class Cell:
         """Have a worker process a message; return its response, as JSON.
 
         Args:
-            message: The message, JSON.
+            message: JSON.
             generation: Format of the message and the response.
             difference: A planning scene message, JSON: changes for this request alone.
             seconds: Time limit [s].

@@ -67,10 +67,6 @@ class RobotDescription(Value):
     def of(robot: Robot, srdf: Path | None = None, package_dirs: Sequence[Path] = ()) -> "RobotDescription":
         """Read the files of a loaded robot; generate the SRDF if it has none.
 
-        Args:
-            srdf: The SRDF that it was loaded with.
-            package_dirs: Folders of packages, or that contain packages.
-
         Raises:
             ModelError: If the robot was not loaded from a URDF.
         """
@@ -80,11 +76,7 @@ class RobotDescription(Value):
         return found if srdf is not None else replace(found, srdf=_semantics(robot))
 
     def file(self, name: str) -> Path | None:
-        """Return a mesh or texture file; None if it does not exist or has another suffix.
-
-        Args:
-            name: Package and path in it, as after `package://`.
-        """
+        """Return a mesh or texture file by its name after `package://`; None for missing or other files."""
         package, _, inner = name.partition("/")
         folder = self.packages.get(package)
         if folder is None or "\0" in inner or Path(inner).suffix.lower() not in KINDS:

@@ -34,12 +34,6 @@ CLOSING = 1.0
 
 
 def http_response(status: HTTPStatus, body: bytes, kind: str, origin: str = "") -> Response:
-    """Return an HTTP response that closes the connection.
-
-    Args:
-        status: HTTP status.
-        origin: Origin of the web page that may read it.
-    """
     headers = Headers()
     headers["Content-Type"] = kind
     headers["Content-Length"] = str(len(body))
@@ -55,7 +49,6 @@ def refusal(status: HTTPStatus, reason: str) -> Response:
 
 
 def admission_error(options: RosbridgeOptions, headers: Headers) -> Response | None:
-    """Return the refusal of a request by its Host and Origin, None if its client is admitted."""
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
     if len(hosts) > 1 or len(origins) > 1:
         return refusal(HTTPStatus.BAD_REQUEST, "needs one Host and at most one Origin")
@@ -98,7 +91,7 @@ async def serve_rosbridge(
     """Serve until cancelled or stopped.
 
     Args:
-        service: The service, started, with the operations of `ANSWERS`.
+        service: Started, with the operations of `ANSWERS`.
         description: The robot's files.
         options: Addresses, and admission of clients.
         robot: Name of the robot; the first one if empty.

@@ -37,8 +37,8 @@ class RosbridgeOptions(Value):
     """Addresses of the bridge, and admission of clients.
 
     The protocol has no token: every client that reaches the port can drive the robot. Therefore the bridge
-    listens on this machine only, unless another address is given, admits only the web pages of `origins`, and
-    can require a token in the address. The port of the meshes requires none.
+    listens on this machine by default, admits only the web pages of `origins`, and can require a token in the
+    address. The port of the meshes requires none.
 
     Attributes:
         host: Address to listen on.
@@ -92,8 +92,8 @@ class RosbridgeOptions(Value):
 
         Args:
             host: Host name in the client's request; a foreign page can make any name resolve to this machine.
-            origin: Origin of the web page, set by its browser; empty if the client is not a browser. A page
-                is admitted only if `origins` contains it, from any machine or port.
+            origin: Origin of the web page, set by its browser, which must be in `origins`; empty if the
+                client is not a browser.
         """
         called = _name_in(f"//{host}")
         if not called or (not self.open and called not in {*LOCAL_NAMES, self.host, *self.names}):

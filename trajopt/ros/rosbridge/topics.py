@@ -77,7 +77,6 @@ class Topics:
         return sorted(self._all)
 
     def kind(self, name: str) -> str:
-        """Return the type of a topic in ROS 1; empty if unknown."""
         return self._all[name].kind if name in self._all else ""
 
     def announce(self, name: str, kind: str, latched: object = None) -> None:
@@ -166,8 +165,6 @@ class Topics:
             self._forget(name)
 
     def _check(self, kind: str, message: msgspec.Raw) -> Callable[[], None]:
-        """Return a check of a message's type; messages of unknown types only need to be plain data."""
-
         def check() -> None:
             try:
                 found = message_named(kind)

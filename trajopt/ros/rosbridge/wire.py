@@ -25,7 +25,7 @@ class Incoming(msgspec.Struct):
 
     Attributes:
         id: The client's own name for it.
-        type: Type of a topic or service.
+        type: Of a topic or service.
         args: Arguments of a service, or goal of an action.
         values: Response of a client's service, or feedback or result of a client's action.
         result: Whether the service or the goal succeeded.

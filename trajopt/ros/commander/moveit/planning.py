@@ -300,14 +300,9 @@ class MoveItPy(InPart):
         *,
         world: World | None = None,
     ) -> None:
-        """Select a world.
+        """Select a world; other arguments are as in MoveIt, and ignored.
 
         Args:
-            name_space: As in MoveIt; ignored, there are no namespaces.
-            launch_params_filepaths: As in MoveIt; ignored, the world defines the robot.
-            config_dict: As in MoveIt; ignored, the world defines the robot.
-            provide_planning_service: As in MoveIt; ignored, there are no services.
-            remappings: As in MoveIt; ignored, names are not remapped.
             world: The world; the world of the enclosing `with` block when None.
         """
         self.world = world_or_current(world)
@@ -346,7 +341,7 @@ class MoveItPy(InPart):
             given: The motion; in some versions of MoveIt the name of the group precedes it.
             group_name: Ignored; the motion contains its group.
             blocking: Whether to return after the motion, or after its start.
-            controllers: As in MoveIt; ignored, there is one controller.
+            controllers: As in MoveIt; ignored.
 
         Raises:
             MoveItCommanderException: If the arguments contain no motion.

@@ -43,7 +43,7 @@ class Rate:
 
         Args:
             hz: Rate [1/s], > 0.
-            reset: As in ROS, for clocks that jump back; this clock does not.
+            reset: As in ROS; ignored.
         """
         self.sleep_dur = Duration(1.0 / hz)
         self._begun = time.monotonic()
@@ -64,20 +64,13 @@ class Rate:
 def init_node(
     name: str, argv: Sequence[str] | None = None, anonymous: bool = False, log_level: int = INFO, **_: object
 ) -> None:
-    """Record the script's name.
-
-    Args:
-        argv: As in ROS; ignored, names are not remapped.
-        anonymous: As in ROS; ignored, there is only one script.
-        log_level: As in ROS; ignored, the logger `trajopt.ros.commander` has its own.
-    """
+    """Record the script's name; other arguments are as in ROS, and ignored."""
     world = current_world()
     if world is not None:
         world.node.name = name
 
 
 def get_name() -> str:
-    """Return the script's name, with a slash."""
     return f"/{world_or_current(None).node.name}"
 
 
@@ -177,8 +170,8 @@ def logfatal(msg: str, *args: object) -> None:
 class Publisher:
     """Publishes messages of one type.
 
-    `CollisionObject`, `AttachedCollisionObject` and `PlanningScene` change the world's scene, as a
-    subscribed `move_group` node would. Other messages are logged.
+    `CollisionObject`, `AttachedCollisionObject` and `PlanningScene` change the world's scene; others are
+    logged.
     """
 
     def __init__(self, name: str, data_class: type, *_: object, **__: object) -> None:
@@ -229,7 +222,6 @@ class Publisher:
 
 
 def _is_message(value: object, kind: type) -> bool:
-    """Return whether a value is a message; some messages have no fields."""
     return isinstance(value, kind) or bool(field_names(value))
 
 

@@ -13,19 +13,15 @@ AXES = "sxyz"
 
 
 def _order(axes: str) -> Any:
-    """Return scipy's name of an Euler sequence: s is a static frame, r a rotating frame."""
     if len(axes) != 4 or axes[0] not in "sr" or not set(axes[1:]) <= set("xyz"):
         raise ShapeError("axes", f"must be s or r and three of x, y, z, such as 'sxyz'; is {shown(axes)}")
     return axes[1:] if axes[0] == "s" else axes[1:].upper()
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = AXES) -> Floats:
-    """Return the quaternion (x, y, z, w) of Euler angles [rad].
+    """Return the quaternion (x, y, z, w) of Euler angles [rad]; roll, pitch and yaw for the default axes.
 
     Args:
-        ai: First angle; roll for the default axes.
-        aj: Second angle; pitch.
-        ak: Third angle; yaw.
         axes: Axis sequence, prefixed by s for a static or r for a rotating frame.
 
     Raises:

@@ -66,10 +66,7 @@ class Tolerances:
 
 
 def tolerances_of(goal: FollowJointTrajectoryGoal) -> tuple[Tolerances, Tolerances]:
-    """Return the path and goal tolerances of a goal.
-
-    0 selects the controller's default and -1 frees the joint: both mean no bound here.
-    """
+    """Return the path and goal tolerances of a goal; 0 (the controller's default) and -1 mean no bound."""
     if goal.component_path_tolerance or goal.component_goal_tolerance:
         raise ProblemError("tolerances of joints of several degrees of freedom are not supported")
     for each in (*goal.path_tolerance, *goal.goal_tolerance):
@@ -150,7 +147,7 @@ def driven(
     """Drive the robot of a session along a trajectory.
 
     Args:
-        watch: Watch of the request; after its cancellation the robot follows the next proven stop.
+        watch: After its cancellation the robot follows the next proven stop.
         tell: Makes a feedback document of the state during the execution.
 
     Returns:

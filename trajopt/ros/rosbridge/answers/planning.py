@@ -97,10 +97,6 @@ def _different(state: SessionState, document: Node) -> SessionState:
 
 
 def _planned(read: RequestFile, message: MotionPlanRequest, watch: Watch) -> tuple[Result, float]:
-    """Plan the requested number of times within the time limit; return the best, and the total CPU time [s].
-
-    An unknown planner, such as one of OMPL's, leaves the choice to trajopt.
-    """
     problem = replace(read.problem(), name=read.group)
     method = method_named(message.planner_id) if message.planner_id in METHODS else None
     until = time.monotonic() + min(read.allowed_planning_time or inf, watch.seconds_left - ANSWERING)

@@ -48,8 +48,8 @@ def failed(code: int, reason: str) -> MoveItErrorCodes:
 def code_of_error(error: TrajoptError) -> MoveItErrorCodes:
     """Return the error code of a request with an unknown name, or a malformed one.
 
-    A group, a link, an object and a frame have codes of their own; other names and malformed parts have the
-    code of their part of the request.
+    A group, a link, an object and a frame have codes of their own; other faults the code of their part of the
+    request.
     """
     return failed(_code(error), str(error))
 
@@ -78,21 +78,12 @@ class ServiceCall:
     generation: Generation
 
     def answer(self, response: object, state: SessionState | None = None) -> Answer:
-        """Return a message as the answer.
-
-        Args:
-            state: New state of the session; None if unchanged.
-        """
+        """Return a message as the answer; the session's state is unchanged for None."""
         return Answer(encode(response, self.generation), state)
 
 
 def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
-    """Read a request.
-
-    Args:
-        arguments: The name of the generation as `ros`, and the message as `args`.
-        watch: Watch of the request, with the size limits of meshes and trajectories.
-    """
+    """Read a request: the name of the generation as `ros`, and the message as `args`."""
     generation = Generation[arguments["ros"].text()]
     check_sizes(arguments["args"].value, watch)
     message = decode(kind, arguments["args"].value, generation, name="args")
@@ -118,9 +109,6 @@ def stated_in(message: object, state: SessionState, place: str) -> RobotStated:
     """Read a robot state message: joints, a moving base, and attached objects.
 
     Objects attached in the session stay attached unless the message detaches them.
-
-    Args:
-        place: Name of the message in error messages.
     """
     notes, robot, document = list[str](), state.scene.robot, document_of(message, place)
     stated = read_joint_positions(document, robot, notes)
@@ -134,9 +122,7 @@ def stated_in(message: object, state: SessionState, place: str) -> RobotStated:
 def positions_in(message: object, state: SessionState, place: str) -> Floats:
     """Return the positions of all joints in a robot state message; missing joints keep theirs.
 
-    Args:
-        message: The message; joints that the robot does not have are ignored, as in MoveIt.
-        place: Name of the message in error messages.
+    Joints that the robot does not have are ignored, as in MoveIt.
     """
     robot = state.scene.robot
     stated = read_joint_positions(document_of(message, place), robot, [])

@@ -220,11 +220,6 @@ def point_cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
     The object's name contains the sensor's frame. A message older than the newest is ignored; stamp 0 means
     no stamp.
-
-    Raises:
-        FileFormatError: If the message is incomplete or malformed.
-        FrameNotFound: If its frame is unknown.
-        RequestRefused: If it has too many points.
     """
     message = read_call(PointCloud2, arguments, watch).message
     if message.width * message.height > watch.cloud:

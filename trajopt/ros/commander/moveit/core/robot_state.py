@@ -186,7 +186,6 @@ def robotStateToRobotStateMsg(state: RobotState, copy_attached_bodies: bool = Tr
 def judged(
     scene: Scene, groups: Sequence[str], positions: Floats, required: Sequence[Requirement] = ()
 ) -> list[Validity]:
-    """Check positions of all joints [rad | m] for each of some groups."""
     found: list[Validity] = []
     for group in groups:
         reduced = reduce_model(scene, group, positions)
