@@ -18,6 +18,9 @@ from trajopt.driving.guard import ActionOutcome as ActionOutcome
 from trajopt.driving.guard import Decision as Decision
 from trajopt.driving.guard import Guard as Guard
 from trajopt.driving.guard import GuardOptions as GuardOptions
+from trajopt.driving.lerobot import GuardedArm as GuardedArm
+from trajopt.driving.lerobot import LeRobotController as LeRobotController
+from trajopt.driving.lerobot import MotorJoint as MotorJoint
 from trajopt.driving.options import SupervisorOptions as SupervisorOptions
 from trajopt.driving.recording import Logbook as Logbook
 from trajopt.driving.recording import RecordedDecision as RecordedDecision
@@ -44,6 +47,8 @@ from trajopt.driving.servo_input import TimedOrder as TimedOrder
 from trajopt.driving.servo_input import guide as guide
 from trajopt.driving.servo_input import read_stream as read_stream
 from trajopt.driving.soonest_stop import StopTaken as StopTaken
+from trajopt.driving.streaming import PositionController as PositionController
+from trajopt.driving.streaming import StreamingExecutor as StreamingExecutor
 from trajopt.driving.supervisor import Supervisor as Supervisor
 
 if _TYPE_CHECKING:

@@ -17,6 +17,7 @@ RATE = 50.0
 """Default sample rate, as of a recorded run [1/s]."""
 
 
+@checked
 @dataclass(frozen=True)
 class Mcap:
     """A log of a motion that begins at time 0: the motion, joint states, and of a plan frames and scene.
@@ -27,6 +28,7 @@ class Mcap:
 
     reduced: ReducedModel | None = None
 
+    @checked
     def with_model(self, reduced: ReducedModel) -> "Mcap":
         """Return an exporter that also writes frames and the scene."""
         return self if self.reduced is not None else replace(self, reduced=reduced)

@@ -1,0 +1,200 @@
+"""Executor of a robot whose controller takes a position in each period, such as a servo interface."""
+
+import time
+from collections.abc import Callable
+from threading import Event, Lock, Thread
+from types import TracebackType
+from typing import Protocol, Self
+
+import numpy as np
+
+from trajopt.driving.committed_motion import CommittedMotion
+from trajopt.driving.executor import STOPPED, RobotState
+from trajopt.values.arrays import Floats, floats, number
+from trajopt.values.errors import ProblemError
+from trajopt.values.errors.arguments import checked
+from trajopt.values.trajectory import Trajectory
+
+
+class PositionController(Protocol):
+    """A controller that follows positions; all of n joints, in one order. Its errors are exceptions."""
+
+    def measured(self) -> tuple[Floats, Floats]:
+        """Return the present positions [rad | m] and velocities [rad/s | m/s], shape (n,) each."""
+        ...
+
+    def command(self, positions: Floats, velocities: Floats) -> None:
+        """Follow positions, shape (n,) [rad | m], with these velocities [rad/s | m/s]."""
+        ...
+
+    def brake(self) -> None:
+        """Bring the robot to rest."""
+        ...
+
+    def error(self) -> str:
+        """Return the reason why the controller does not follow; empty if it does."""
+        ...
+
+    def reset(self) -> None:
+        """Follow commands again after an error or a brake."""
+        ...
+
+
+class StreamingExecutor:
+    """Drives a robot by a position in each period.
+
+    `tick` reads the state and sends the position of the committed motion; in a `with` block a thread calls
+    it. If the loop ends, a controller holds the last position, which lies on a proven motion.
+
+    Attributes:
+        joint_names: Driven joints.
+        period: Time between commands [s].
+        latency: Least time from giving a motion to its beginning [s].
+        tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
+        committed: The motion that it holds.
+    """
+
+    @checked
+    def __init__(
+        self,
+        controller: PositionController,
+        joint_names: tuple[str, ...],
+        *,
+        tolerance: float | Floats,
+        period: float,
+        lag: float = 0.0,
+        silence: float = 0.5,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Take over a robot at rest.
+
+        Args:
+            controller: The controller.
+            joint_names: Its joints.
+            tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m].
+                `conformance` reports a tolerance that is too small.
+            period: Time between commands [s].
+            lag: Time by which the positions are behind the commands, in addition to a period [s].
+            silence: Longest time without a tick before a fault is reported [s].
+            clock: Returns the time, uniformly [s].
+
+        Raises:
+            ProblemError: If `period` or `silence` is not positive, or `lag` or `tolerance` negative.
+            ShapeError: If a tolerance or position is missing.
+        """
+        for name, value in (("period", period), ("silence", silence)):
+            if not number(name, value) > 0.0:
+                raise ProblemError(f"{name} must be positive, is {value:g}")
+        size = len(joint_names)
+        allowed = np.full(size, tolerance) if isinstance(tolerance, float | int) else tolerance
+        self.joint_names, self.period, self.latency = joint_names, period, period
+        self.tolerance: Floats = floats("tolerance", allowed, (size,))
+        if self.tolerance.min(initial=0.0) < 0.0 or number("lag", lag) < 0.0:
+            raise ProblemError("tolerance and lag must not be negative")
+        self._controller, self._lag, self._silence, self._clock = controller, lag, silence, clock
+        self._failure, self._lock = "", Lock()
+        self._ended, self._thread = Event(), None
+        self._thread: Thread | None
+        self._measured = self._measure()
+        self.committed = CommittedMotion(joint_names, self._measured[0])
+        self._ticked = clock()
+        self._stamp = self._ticked
+
+    def now(self) -> float:
+        """Return the time on its clock [s]."""
+        return self._clock()
+
+    def state(self) -> RobotState:
+        """Return the last measured state; accelerations are the commanded ones."""
+        with self._lock:
+            stamp, (positions, velocities) = self._stamp, self._measured
+            commanded, _, accelerations = self.committed(stamp)
+        return RobotState(stamp, positions, velocities, accelerations, commanded)
+
+    @checked
+    def splice(self, trajectory: Trajectory, at: float) -> str:
+        """Drive a motion from a time on; return the reason of a refusal."""
+        if refused := self.fault():
+            return refused
+        with self._lock:
+            now = self.now()
+            refused = self.committed.refusal(trajectory, at, earliest=now + self.latency)
+            if not refused:
+                self.committed.splice(trajectory, at, now=now)
+            return refused
+
+    def tick(self) -> None:
+        """Read the state and send the present position; call it once per period."""
+        with self._lock:
+            now = self.now()
+            try:
+                self._measured = self._measure()
+                # The positions show the last command, not the next one.
+                self._stamp = self._ticked - self._lag
+                if not self._failure and not self._controller.error():
+                    self._controller.command(*self.committed(now)[:2])
+            except Exception as error:
+                self._failure = _words(error)
+            self._ticked = now
+
+    def stop(self) -> None:
+        """Bring the robot to rest as fast as the controller does."""
+        with self._lock:
+            self._failure = self._failure or STOPPED
+            try:
+                self._controller.brake()
+            except Exception as error:
+                self._failure = _words(error)
+
+    def fault(self) -> str:
+        """Return the reason why the robot does not follow."""
+        if self._failure:
+            return self._failure
+        silent = self.now() - self._ticked
+        if silent > self._silence:
+            return f"the loop of the driver has not run for {silent:.2f} s"
+        return self._controller.error()
+
+    def clear_fault(self) -> None:
+        """Go on from the present position.
+
+        Raises:
+            Exception: An error of the controller; the fault then remains.
+        """
+        with self._lock:
+            self._controller.reset()
+            self._measured = self._measure()
+            self.committed = CommittedMotion(self.joint_names, self._measured[0])
+            self._failure, self._ticked = "", self.now()
+            self._stamp = self._ticked
+
+    def __enter__(self) -> Self:
+        """Call `tick` in a thread."""
+        self._ended.clear()
+        self._thread = Thread(target=self._run, name="executor", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the thread, and stop the robot."""
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join()
+        self.stop()
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while not self._ended.wait(max(due - time.monotonic(), 0.0)):
+            self.tick()
+            due = max(due + self.period, time.monotonic())
+
+    def _measure(self) -> tuple[Floats, Floats]:
+        positions, velocities = self._controller.measured()
+        size = len(self.joint_names)
+        return floats("positions", positions, (size,)), floats("velocities", velocities, (size,))
+
+
+def _words(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"
