@@ -20,28 +20,7 @@ from trajopt.cli.options import (
 )
 from trajopt.cli.progress import quiet_bar
 from trajopt.files.moveit import read_scene
-from trajopt.lab.campaign import (
-    Campaign,
-    CampaignFolder,
-    Engine,
-    Local,
-    Options,
-    ProblemSource,
-    Progress,
-    Ray,
-    base_placements,
-    compare_campaigns,
-    dataset,
-    extract,
-    from_folder,
-    from_table,
-    installed,
-    perturbed,
-    random_motions,
-    remember,
-    resume_campaign,
-    summary,
-)
+from trajopt.lab import campaign as campaigns
 from trajopt.lab.campaign.page import lines, map_of, page
 from trajopt.lab.suite import definitions
 from trajopt.problem.problem import Problem
@@ -76,9 +55,11 @@ def report(
     as_json: JsonOption = False,
 ) -> None:
     """Summarise the present results, and compare them with another campaign. Exit status 0 or 2."""
-    opened = CampaignFolder.open(folder)
-    found = summary(opened)
-    compared = None if beside is None else compare_campaigns(CampaignFolder.open(beside), opened)
+    opened = campaigns.CampaignFolder.open(folder)
+    found = campaigns.summary(opened)
+    compared = (
+        None if beside is None else campaigns.compare_campaigns(campaigns.CampaignFolder.open(beside), opened)
+    )
     if html is not None:
         write_text(html, page(found, compared))
     if picture is not None:
@@ -94,8 +75,8 @@ def report(
 
 def extract_rows(folder: FolderArgument, rows: RowsArgument, out: BundlesOption = Path()) -> None:
     """Plan rows again and write bundles. Exit status 0 if the results match, 1 if not, 2 bad input."""
-    opened = CampaignFolder.open(folder)
-    found = [extract(opened, row, out / f"{row}.trajopt") for row in rows]
+    opened = campaigns.CampaignFolder.open(folder)
+    found = [campaigns.extract(opened, row, out / f"{row}.trajopt") for row in rows]
     words = {True: "as in the row", False: "NOT as in the row", None: "the problem alone"}
     for each in found:
         typer.echo(f"{each.path}: {words[each.same]}")
@@ -104,17 +85,17 @@ def extract_rows(folder: FolderArgument, rows: RowsArgument, out: BundlesOption 
 
 def write_dataset(folder: FolderArgument, out: TableOption, points: PointsOption = 64) -> None:
     """Write the verified motions as arrays of one shape, for training. Exit status 0 or 2."""
-    found = dataset(CampaignFolder.open(folder), points)
+    found = campaigns.dataset(campaigns.CampaignFolder.open(folder), points)
     found.write(out)
     typer.echo(f"{len(found)} motions of {len(found.joint_names)} joints at {points} points each: {out}")
 
 
 def remember_rows(folder: FolderArgument, experience: KeptOption) -> None:
     """Store the verified motions as experience for plan and bench. Exit status 0 or 2."""
-    opened = CampaignFolder.open(folder)
+    opened = campaigns.CampaignFolder.open(folder)
     with Warehouse(experience) as kept:
         remembered = kept.experience()
-        count = remember(opened, remembered)
+        count = campaigns.remember(opened, remembered)
         typer.echo(f"{count} motions more, {len(remembered)} are remembered in {experience}")
 
 
@@ -258,9 +239,12 @@ def run(
         source, loaded, scene, tuple(request or ()), group, count, seed, shift, turn, grid, listed, limit
     ).made()
     options = [
-        Options(method or None, improve, False, time_budget, work, attempts) for method in methods.split(",")
+        campaigns.Options(method or None, improve, False, time_budget, work, attempts)
+        for method in methods.split(",")
     ]
-    begun = CampaignFolder.begin(Campaign(found.name, [found], options, most_seconds=most_seconds), out)
+    begun = campaigns.CampaignFolder.begin(
+        campaigns.Campaign(found.name, [found], options, most_seconds=most_seconds), out
+    )
     planned(begun, engine_of(engine, address, workers), as_json=as_json)
 
 
@@ -273,13 +257,13 @@ def resume(
     as_json: JsonOption = False,
 ) -> None:
     """Plan the problems without a row. Exit status 0 if all have one, 130 interrupted, 2 bad input."""
-    planned(CampaignFolder.open(folder), engine_of(engine, address, workers), as_json=as_json)
+    planned(campaigns.CampaignFolder.open(folder), engine_of(engine, address, workers), as_json=as_json)
 
 
 @campaign.command()
 def status(folder: FolderArgument, as_json: JsonOption = False) -> None:
     """Show the progress of a campaign. Exit status 0 if every problem has a row, else 1."""
-    raise typer.Exit(0 if tell_status(CampaignFolder.open(folder), as_json=as_json) else 1)
+    raise typer.Exit(0 if tell_status(campaigns.CampaignFolder.open(folder), as_json=as_json) else 1)
 
 
 for name, results in (
@@ -291,20 +275,20 @@ for name, results in (
     campaign.command(name)(results)
 
 
-def planned(folder: CampaignFolder, engine: Engine, *, as_json: bool) -> NoReturn:
+def planned(folder: campaigns.CampaignFolder, engine: campaigns.Engine, *, as_json: bool) -> NoReturn:
     """Plan the problems without a row, with a progress bar, and end the command."""
     before = len(folder.done())
-    said = Progress(before, folder.total)
+    said = campaigns.Progress(before, folder.total)
     try:
         with terminated_as_interrupted(), quiet_bar() as bar:
             task = bar.add_task("planning", total=folder.total, completed=before)
 
-            def tell(state: Progress) -> None:
+            def tell(state: campaigns.Progress) -> None:
                 nonlocal said
                 said = state
                 bar.update(task, completed=state.done, description=f"planning, {in_words(state)}")
 
-            resume_campaign(folder.path, engine, progress=tell)
+            campaigns.resume_campaign(folder.path, engine, progress=tell)
     except KeyboardInterrupt:
         typer.echo(f"interrupted: {said.done} of {folder.total} rows in {folder.path}; go on with:", err=True)
         typer.echo(f"  trajopt campaign resume {folder.path}", err=True)
@@ -313,7 +297,7 @@ def planned(folder: CampaignFolder, engine: Engine, *, as_json: bool) -> NoRetur
     raise typer.Exit(0)
 
 
-def tell_status(folder: CampaignFolder, *, as_json: bool) -> bool:
+def tell_status(folder: campaigns.CampaignFolder, *, as_json: bool) -> bool:
     statuses, shards = folder.statuses(), len(folder.shards)
     done = statuses.total()
     if as_json:
@@ -326,12 +310,12 @@ def tell_status(folder: CampaignFolder, *, as_json: bool) -> bool:
     return done == folder.total
 
 
-def in_words(state: Progress) -> str:
+def in_words(state: campaigns.Progress) -> str:
     left = "" if state.left is None else f", {state.left:.0f} s left"
     return f"{state.rate:.1f} rows a second{left}"
 
 
-def engine_of(name: EngineName, address: str, workers: int) -> Engine:
+def engine_of(name: EngineName, address: str, workers: int) -> campaigns.Engine:
     """Return the engine of a name.
 
     Raises:
@@ -339,11 +323,11 @@ def engine_of(name: EngineName, address: str, workers: int) -> Engine:
     """
     match name:
         case EngineName.RAY:
-            return Ray(address, workers)
+            return campaigns.Ray(address, workers)
         case EngineName.LOCAL if address:
             raise ProblemError("--address is of a cluster of Ray: add --engine ray")
         case EngineName.LOCAL:
-            return Local(workers)
+            return campaigns.Local(workers)
 
 
 @contextmanager
@@ -398,7 +382,7 @@ class Words:
     sets: Sequence[str]
     limit: int | None
 
-    def made(self) -> ProblemSource:
+    def made(self) -> campaigns.ProblemSource:
         """Return the source.
 
         Raises:
@@ -407,25 +391,27 @@ class Words:
             FileFormatError: If a file is invalid.
         """
         if Path(self.source).is_dir():
-            return from_folder(self.source, self._robot(), sets=self.sets, limit=self.limit)
+            return campaigns.from_folder(self.source, self._robot(), sets=self.sets, limit=self.limit)
         if Path(self.source).suffix == TABLE:
-            return from_table(self.source, self._around(), group=self.group)
+            return campaigns.from_table(self.source, self._around(), group=self.group)
         match self.source:
             case Generated.RANDOM.value:
                 around = self._around()
-                return random_motions(around, self.count, group=self.group, seed=self.seed)
+                return campaigns.random_motions(around, self.count, group=self.group, seed=self.seed)
             case Generated.PERTURBED.value:
                 (problem,) = self._problems(most=1)
-                return perturbed(problem, self.count, shift=self.shift, turn=self.turn, seed=self.seed)
+                return campaigns.perturbed(
+                    problem, self.count, shift=self.shift, turn=self.turn, seed=self.seed
+                )
             case Generated.PLACEMENTS.value:
                 places = {axis: steps(*range_) for axis, range_ in self.grid.items()}
-                return base_placements(self._problems(), **places)
+                return campaigns.base_placements(self._problems(), **places)
             case _:
                 names = [item.name for item in definitions()]
                 if self.source not in names:
                     known = [*(each.value for each in Generated), *names]
                     raise NameNotFound("folder, generator or installed problem", self.source, known)
-                return installed(self.source, self.count)
+                return campaigns.installed(self.source, self.count)
 
     def _robot(self) -> Robot:
         if self.robot is None:

@@ -7,16 +7,7 @@ from typing import Annotated
 
 import typer
 
-from trajopt.cli.options import (
-    DwellOption,
-    Ending,
-    FinishByOption,
-    JsonOption,
-    MotionsOption,
-    RobotSource,
-    read_files,
-    robot_options,
-)
+from trajopt.cli import options
 from trajopt.cli.problems import (
     MotionArgument,
     OptionalRequest,
@@ -43,16 +34,16 @@ TrajectoryArgument = Annotated[
 ]
 
 
-@robot_options
+@options.robot_options
 def check(
     trajectory: TrajectoryArgument,
-    robot: RobotSource | None = None,
+    robot: options.RobotSource | None = None,
     scene: OptionalScene = None,
     request: OptionalRequest = None,
-    motions: MotionsOption = None,
-    dwell: DwellOption = 0.0,
-    finish_by: FinishByOption = None,
-    as_json: JsonOption = False,
+    motions: options.MotionsOption = None,
+    dwell: options.DwellOption = 0.0,
+    finish_by: options.FinishByOption = None,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
 
@@ -67,10 +58,10 @@ def check(
     if robot is None or scene is None or request is None:
         problem = problem_of(trajectory, robot, scene, request, motions)
         if dwell or finish_by is not None:
-            problem = Ending(dwell, finish_by).of(problem)
+            problem = options.Ending(dwell, finish_by).of(problem)
     else:
-        around, asked = read_files(robot.load(), scene, request, motions)
-        problem = Ending(dwell, finish_by).of(asked.problem())
+        around, asked = options.read_files(robot.load(), scene, request, motions)
+        problem = options.Ending(dwell, finish_by).of(asked.problem())
         notes += [*around.scene.robot.notes, *around.notes, *asked.notes]
     motion = motion_in(trajectory).ordered(problem.reduced.joint_names)
     # Of several goals any one will do: the verdict is that with the goal that is reached.
@@ -88,15 +79,15 @@ def check(
 ProofOption = Annotated[Path, typer.Option("--out", help="Proof file to write.")]
 
 
-@robot_options
+@options.robot_options
 def prove(
     motion: MotionArgument,
     out: ProofOption,
-    robot: RobotSource | None = None,
+    robot: options.RobotSource | None = None,
     scene: OptionalScene = None,
     request: OptionalRequest = None,
-    motions: MotionsOption = None,
-    as_json: JsonOption = False,
+    motions: options.MotionsOption = None,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Write a proof of a motion, of any planner, and check it. Exit status 0 proven, 1 not, 2 bad input."""
     problem = problem_of(motion, robot, scene, request, motions)
@@ -122,7 +113,7 @@ def export(
     to: ToOption,
     out: ExportOption,
     hz: RateOption = None,
-    as_json: JsonOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Write a plan as CSV, ROS 2 message, MoveIt message, URScript or MCAP log. Exit status 0 or 2."""
     exporter, trajectory = exporter_named(to), _verified(plan)
@@ -150,7 +141,7 @@ BundleArgument = Annotated[Path, typer.Argument(help="A bundle, as written by `p
 MethodOption = Annotated[str | None, typer.Option("--method", help="Planning method; default: the bundle's.")]
 
 
-def replay(bundle: BundleArgument, method: MethodOption = None, as_json: JsonOption = False) -> None:
+def replay(bundle: BundleArgument, method: MethodOption = None, as_json: options.JsonOption = False) -> None:
     """Plan a bundle's problem again. Exit status 0 the same answer, 1 another, 2 bad input."""
     kept = read_bundle(bundle)
     found = plan_again(kept, method=method)
@@ -172,7 +163,7 @@ def report(
     out: PageOption = Path("report.html"),
     moving: MovingOption = True,
     pictures: PicturesOption = True,
-    as_json: JsonOption = False,
+    as_json: options.JsonOption = False,
 ) -> None:
     """Write a report of a bundle: one page with the 3-D motion, the proof, and prices."""
     written = write_report(bundle_in(bundle), out, moving=moving, pictures=pictures)

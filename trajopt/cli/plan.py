@@ -7,20 +7,7 @@ from typing import Annotated
 
 import typer
 
-from trajopt.cli.options import (
-    DwellOption,
-    Ending,
-    ExperienceOption,
-    FinishByOption,
-    JsonOption,
-    MotionsOption,
-    PortfolioOption,
-    RobotSource,
-    TimeBudgetOption,
-    budget_of,
-    read_files,
-    robot_options,
-)
+from trajopt.cli import options
 from trajopt.cli.problems import Ends, scene_around
 from trajopt.cli.progress import progress_line
 from trajopt.planning.plan import plan as plan_problem
@@ -86,9 +73,9 @@ SaveOption = Annotated[
 ]
 
 
-@robot_options
+@options.robot_options
 def plan(
-    robot: RobotSource,
+    robot: options.RobotSource,
     scene: OptionalScene = None,
     request: OptionalRequest = None,
     start: StartOption = None,
@@ -97,28 +84,28 @@ def plan(
     degrees: DegreesOption = False,
     out: OutOption = None,
     save: SaveOption = None,
-    motions: MotionsOption = None,
-    dwell: DwellOption = 0.0,
-    finish_by: FinishByOption = None,
+    motions: options.MotionsOption = None,
+    dwell: options.DwellOption = 0.0,
+    finish_by: options.FinishByOption = None,
     explain: ExplainOption = False,
-    as_json: JsonOption = False,
-    portfolio: PortfolioOption = True,
-    time_budget: TimeBudgetOption = None,
+    as_json: options.JsonOption = False,
+    portfolio: options.PortfolioOption = True,
+    time_budget: options.TimeBudgetOption = None,
     improve: ImproveOption = False,
     free_duration: FreeOption = False,
     every_goal: EveryOption = False,
     workers: WorkersOption = 1,
-    experience: ExperienceOption = None,
+    experience: options.ExperienceOption = None,
 ) -> None:
     """Plan a motion and judge it. Exit status 0 verified, 1 no plan, 2 bad input.
 
     Give a scene and a request of MoveIt, or --start and --goal: trajopt plan --robot panda --group panda_arm
     --start ready --goal "0.4 0.1 0.5 3.14 0 0".
     """
-    budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
+    budget = options.budget_of(time_budget, portfolio, improve=improve, workers=workers)
     ends = _ends(start, goal, group, degrees=degrees, request=request)
     problem, notes = _problem(robot, scene, request, motions, ends)
-    ending = Ending(dwell, finish_by)
+    ending = options.Ending(dwell, finish_by)
     with progress_line() as line:
         result = plan_problem(
             ending.of(problem),
@@ -173,14 +160,18 @@ def _ends(
 
 
 def _problem(
-    source: RobotSource, scene: Path | None, request: Path | None, motions: Path | None, ends: Ends | None
+    source: options.RobotSource,
+    scene: Path | None,
+    request: Path | None,
+    motions: Path | None,
+    ends: Ends | None,
 ) -> tuple[Problem, list[str]]:
     if ends is not None:
         around, notes = scene_around(source, scene, motions)
         return ends.problem(around), notes
     if scene is None or request is None:
         raise ProblemError("--request needs the --scene that it is for")
-    read, asked = read_files(source.load(), scene, request, motions)
+    read, asked = options.read_files(source.load(), scene, request, motions)
     return asked.problem(), [*read.scene.robot.notes, *read.notes, *asked.notes]
 
 

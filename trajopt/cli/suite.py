@@ -12,17 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from trajopt.cli.options import (
-    DwellOption,
-    Ending,
-    ExperienceOption,
-    FinishByOption,
-    PortfolioOption,
-    RobotSource,
-    TimeBudgetOption,
-    budget_of,
-    robot_options,
-)
+from trajopt.cli import options
 from trajopt.cli.progress import quiet_bar
 from trajopt.lab.suite import (
     STANDARD,
@@ -208,7 +198,7 @@ def _instances(
         names = STANDARD if not problem else () if "all" in problem else problem
         found.extend(installed_instances(names))
     if data is not None:
-        found.extend(instances_of.find_instances(data, RobotSource(robot).load(), limit=limit))
+        found.extend(instances_of.find_instances(data, options.RobotSource(robot).load(), limit=limit))
     return found
 
 
@@ -256,25 +246,25 @@ SetsFileOption = Annotated[
 ]
 
 
-@robot_options
+@options.robot_options
 def bench(
-    robot: RobotSource,
+    robot: options.RobotSource,
     data: ProblemsFolder,
     sets: SetsOption = "",
     limit: SetLimitOption = None,
     json_file: SetsFileOption = None,
-    dwell: DwellOption = 0.0,
-    finish_by: FinishByOption = None,
-    portfolio: PortfolioOption = True,
-    time_budget: TimeBudgetOption = None,
-    experience: ExperienceOption = None,
+    dwell: options.DwellOption = 0.0,
+    finish_by: options.FinishByOption = None,
+    portfolio: options.PortfolioOption = True,
+    time_budget: options.TimeBudgetOption = None,
+    experience: options.ExperienceOption = None,
 ) -> None:
     """Plan every problem below a folder. Exit status 0 if all problems with valid ends are solved, else 1.
 
     The time budget is for each problem, in CPU time.
     """
-    budget = budget_of(time_budget, portfolio, clock=time.process_time)
-    ending, machine = Ending(dwell, finish_by), robot.load()
+    budget = options.budget_of(time_budget, portfolio, clock=time.process_time)
+    ending, machine = options.Ending(dwell, finish_by), robot.load()
     instances = instances_of.find_instances(
         data, machine, [name for name in sets.split(",") if name], limit=limit
     )
@@ -308,7 +298,7 @@ def bench(
     raise typer.Exit(0 if total["success"] in (1.0, None) else 1)
 
 
-def _with_ending(instance: Instance, ending: Ending) -> Instance:
+def _with_ending(instance: Instance, ending: options.Ending) -> Instance:
     return replace(instance, make=lambda: ending.of(instance.make()))
 
 

@@ -13,47 +13,35 @@ from trajopt.values.arrays import Floats, Ints
 from trajopt.values.cached import cached_per_value
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.printed import in_length
+from trajopt.values.shapes import shapes
 from trajopt.values.shapes.closed_surface import closed_surface
 from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.mesh import Mesh
-from trajopt.values.shapes.shapes import (
-    Box,
-    Capsule,
-    Cone,
-    Convex,
-    Cylinder,
-    Plane,
-    Shape,
-    Sphere,
-    bounding_box,
-    bounding_sphere,
-    solids_near,
-)
 
 PLANE_EXTENT = 1e3
 """Half the edge of the box that models a half-space [m]."""
 
 
 @cached_per_value
-def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
+def collision_geometry(shape: shapes.Shape) -> coal.CollisionGeometry:
     """Return Coal's geometry of a shape, in the shape's own frame; computed once for each shape.
 
     For a cloud it is one ball or cube about the origin: the core has their positions.
     """
     match shape:
-        case Box():
+        case shapes.Box():
             geometry = coal.Box(shape.x, shape.y, shape.z)
-        case Sphere() | Points():
+        case shapes.Sphere() | Points():
             geometry = coal.Sphere(shape.radius)
-        case Cylinder():
+        case shapes.Cylinder():
             geometry = coal.Cylinder(shape.radius, shape.length)
-        case Capsule():
+        case shapes.Capsule():
             geometry = coal.Capsule(shape.radius, shape.length)
-        case Cone():
+        case shapes.Cone():
             geometry = coal.Cone(shape.radius, shape.length)
-        case Plane():
+        case shapes.Plane():
             geometry = coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
-        case Convex():
+        case shapes.Convex():
             surface = _surface(shape)
             surface.buildConvexRepresentation(False)  # shares no memory with the surface
             geometry = surface.convex
@@ -66,7 +54,7 @@ def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
     return geometry
 
 
-def _surface(shape: Convex | Mesh) -> coal.BVHModelOBBRSS:
+def _surface(shape: shapes.Convex | Mesh) -> coal.BVHModelOBBRSS:
     """Return an unfinished surface; it takes arrays, while a hull takes a list of points."""
     surface = coal.BVHModelOBBRSS()
     surface.beginModel(len(shape.faces), len(shape.vertices))
@@ -75,7 +63,7 @@ def _surface(shape: Convex | Mesh) -> coal.BVHModelOBBRSS:
     return surface
 
 
-def closed_triangles(shape: Shape) -> Floats:
+def closed_triangles(shape: shapes.Shape) -> Floats:
     """Return the triangles that can enclose a body without touching it, shape (k, 3, 3) [m]."""
     return closed_surface(shape).triangles if isinstance(shape, Mesh) else np.empty((0, 3, 3))
 
@@ -125,20 +113,20 @@ class BoundingBoxes:
 
 
 @cached_per_value
-def _corners(shape: Shape) -> Floats:
+def _corners(shape: shapes.Shape) -> Floats:
     """Return the lower and the upper corner of a shape's box, shape (2, 3) [m]."""
-    return np.array(bounding_box(shape))
+    return np.array(shapes.bounding_box(shape))
 
 
 TOUCHING = 2e-3
 """Things closer than this are in contact [m]."""
 
 
-def gap(first: Placement, shape: Shape, second: Placement, other: Shape) -> float:
+def gap(first: Placement, shape: shapes.Shape, second: Placement, other: shapes.Shape) -> float:
     """Return the distance of two shapes, negative if they overlap [m]; infinite for far clouds."""
-    (centre, radius), (far, reach) = bounding_sphere(shape), bounding_sphere(other)
-    ones = solids_near(shape, first, second * far, reach + TOUCHING)
-    others = solids_near(other, second, first * centre, radius + TOUCHING)
+    (centre, radius), (far, reach) = shapes.bounding_sphere(shape), shapes.bounding_sphere(other)
+    ones = shapes.solids_near(shape, first, second * far, reach + TOUCHING)
+    others = shapes.solids_near(other, second, first * centre, radius + TOUCHING)
     return min((_convex_gap(*one, *each) for one, each in product(ones, others)), default=np.inf)
 
 
@@ -165,7 +153,7 @@ def inside_carriers(reduced: ReducedModel) -> tuple[str, ...]:
     )
 
 
-def _convex_gap(shape: Shape, first: Placement, other: Shape, second: Placement) -> float:
+def _convex_gap(shape: shapes.Shape, first: Placement, other: shapes.Shape, second: Placement) -> float:
     return float(
         coal.distance(
             collision_geometry(shape),

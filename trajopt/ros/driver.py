@@ -17,18 +17,8 @@ from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.sync.client import connect
 
 from trajopt.driving import CommittedMotion, RobotState
-from trajopt.files.messages import (
-    FollowJointTrajectoryActionResult,
-    FollowJointTrajectoryGoal,
-    Generation,
-    GoalID,
-    GoalStatus,
-    Header,
-    JointState,
-    Time,
-    decode,
-    encode,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import decode, encode
 from trajopt.files.moveit.trajectories import planar_joints, trajectory_message
 from trajopt.ros.rosbridge.wire import Incoming, parsed, plain, written
 from trajopt.values.arrays import Floats, floats, number
@@ -51,7 +41,7 @@ class RosClock:
     `DRIFT`.
     """
 
-    def __init__(self, first: Time) -> None:
+    def __init__(self, first: msg.Time) -> None:
         """Start with the first stamp, which has just arrived."""
         self._origin, now = first.to_nsec(), time.monotonic()
         self._estimate = now, now
@@ -62,16 +52,16 @@ class RosClock:
         now = time.monotonic()
         return now - begin - DRIFT * (now - made)
 
-    def heard(self, stamp: Time) -> float:
+    def heard(self, stamp: msg.Time) -> float:
         since = 1e-9 * (stamp.to_nsec() - self._origin)
         made, begin = self._estimate
         now = time.monotonic()
         self._estimate = now, min(begin + DRIFT * (now - made), now - since)
         return since
 
-    def stamp(self, moment: float) -> Time:
+    def stamp(self, moment: float) -> msg.Time:
         """Return the stamp of a moment on this clock [s]."""
-        return Time(0, self._origin + round(1e9 * moment))
+        return msg.Time(0, self._origin + round(1e9 * moment))
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +97,7 @@ class FollowJointTrajectoryExecutor:
         tolerance: float | Floats,
         action: str = "/joint_trajectory_controller/follow_joint_trajectory",
         joint_states: str = "/joint_states",
-        generation: Generation = Generation.ROS2,
+        generation: msg.Generation = msg.Generation.ROS2,
         period: float = 0.01,
         latency: float = 0.1,
         silence: float = 0.5,
@@ -146,7 +136,7 @@ class FollowJointTrajectoryExecutor:
         if self.tolerance.min(initial=0.0) < 0.0:
             raise ProblemError(f"tolerance must not be negative, is {shown(self.tolerance.tolist())}")
         self._silence, self._topic, self._generation = silence, joint_states, generation
-        kind = Ros2Action if generation is Generation.ROS2 else Ros1Action
+        kind = Ros2Action if generation is msg.Generation.ROS2 else Ros1Action
         self._action: TrajectoryAction = kind(action)
         self._failure, self._goal = "", ""
         self._numbers, self._name = count(1), uuid.uuid4().hex
@@ -239,7 +229,7 @@ class FollowJointTrajectoryExecutor:
         message.header.stamp = self._clock.stamp(now)
         goal_id = f"{self._name}-{next(self._numbers)}"
         before, self._goal = self._goal, goal_id
-        refused = self._action.send(self._client, goal_id, FollowJointTrajectoryGoal(message))
+        refused = self._action.send(self._client, goal_id, msg.FollowJointTrajectoryGoal(message))
         if refused:
             self._goal = before
         return refused
@@ -260,7 +250,7 @@ class FollowJointTrajectoryExecutor:
     def _measure(self, document: object) -> None:
         node = Node(document, self._topic)
         stated = {key: node[key].value for key in ("header", "name")}
-        state = decode(JointState, stated, self._generation, name=self._topic)
+        state = decode(msg.JointState, stated, self._generation, name=self._topic)
         stamp = state.header.stamp
         if not stamp.to_nsec() or not set(self.joint_names) <= set(state.name):
             return
@@ -354,7 +344,7 @@ class TrajectoryAction(Protocol):
         """Prepare a connection."""
         ...
 
-    def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
+    def send(self, client: RosbridgeClient, goal_id: str, goal: msg.FollowJointTrajectoryGoal) -> str:
         """Send a goal; return the reason if it cannot be sent."""
         ...
 
@@ -377,13 +367,13 @@ class Ros2Action:
     def begin(self, client: RosbridgeClient) -> None:
         """Do nothing; results arrive without a subscription."""
 
-    def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
+    def send(self, client: RosbridgeClient, goal_id: str, goal: msg.FollowJointTrajectoryGoal) -> str:
         return client.send(
             op="send_action_goal",
             id=goal_id,
             action=self._name,
             action_type="control_msgs/action/FollowJointTrajectory",
-            args=encode(goal, Generation.ROS2),
+            args=encode(goal, msg.Generation.ROS2),
             feedback=False,
         )
 
@@ -412,17 +402,17 @@ class Ros1Action:
         client.send(op="advertise", topic=f"{self._name}/goal", type=f"{kind}Goal")
         client.send(op="advertise", topic=f"{self._name}/cancel", type="actionlib_msgs/GoalID")
 
-    def send(self, client: RosbridgeClient, goal_id: str, goal: FollowJointTrajectoryGoal) -> str:
-        now = Time.now()
+    def send(self, client: RosbridgeClient, goal_id: str, goal: msg.FollowJointTrajectoryGoal) -> str:
+        now = msg.Time.now()
         message = {
-            "header": encode(Header(stamp=now), Generation.ROS1),
-            "goal_id": encode(GoalID(now, goal_id), Generation.ROS1),
-            "goal": encode(goal, Generation.ROS1),
+            "header": encode(msg.Header(stamp=now), msg.Generation.ROS1),
+            "goal_id": encode(msg.GoalID(now, goal_id), msg.Generation.ROS1),
+            "goal": encode(goal, msg.Generation.ROS1),
         }
         return client.send(op="publish", topic=f"{self._name}/goal", msg=message)
 
     def cancel(self, client: RosbridgeClient, goal_id: str) -> None:
-        meant = encode(GoalID(id=goal_id), Generation.ROS1)
+        meant = encode(msg.GoalID(id=goal_id), msg.Generation.ROS1)
         client.send(op="publish", topic=f"{self._name}/cancel", msg=meant)
 
     def ended(self, incoming: Incoming) -> tuple[str, str] | None:
@@ -430,10 +420,10 @@ class Ros1Action:
         if incoming.op != "publish" or incoming.topic != self._result:
             return None
         status = decode(
-            FollowJointTrajectoryActionResult, plain(incoming.msg), Generation.ROS1, name=self._result
+            msg.FollowJointTrajectoryActionResult, plain(incoming.msg), msg.Generation.ROS1, name=self._result
         ).status
         reason = status.text or f"its status is {status.status}"
-        return status.goal_id.id, "" if status.status == GoalStatus.SUCCEEDED else reason
+        return status.goal_id.id, "" if status.status == msg.GoalStatus.SUCCEEDED else reason
 
 
 def _reason(values: object, otherwise: str) -> str:

@@ -22,22 +22,8 @@ import numpy as np
 
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
+from trajopt.server import messages
 from trajopt.server.limits import RequestRefused, Why, check_sizes, limit_memory, memory_used
-from trajopt.server.messages import (
-    LENGTH,
-    TO_WORKER,
-    Answered,
-    Cancel,
-    Changed,
-    Feedback,
-    FromWorker,
-    Hello,
-    Rejected,
-    Request,
-    ToWorker,
-    WorkerReady,
-    framed,
-)
 from trajopt.server.operation import Answer, PackedScene, SessionState, Watch, operations_of, packed, unpacked
 from trajopt.values.cached import LruCache
 from trajopt.values.documents.document import Node
@@ -60,32 +46,32 @@ class Channel:
         """Take a connected socket."""
         self._socket, self._stream = connected, connected.makefile("rb")
 
-    def receive(self) -> ToWorker | None:
-        head = self._stream.read(LENGTH.size)
-        if len(head) < LENGTH.size:
+    def receive(self) -> messages.ToWorker | None:
+        head = self._stream.read(messages.LENGTH.size)
+        if len(head) < messages.LENGTH.size:
             return None
-        return TO_WORKER.decode(self._stream.read(LENGTH.unpack(head)[0]))
+        return messages.TO_WORKER.decode(self._stream.read(messages.LENGTH.unpack(head)[0]))
 
-    def send(self, message: FromWorker) -> None:
-        self._socket.sendall(framed(message))
+    def send(self, message: messages.FromWorker) -> None:
+        self._socket.sendall(messages.framed(message))
 
 
 class Worker:
     """Handles the server's requests in sequence."""
 
-    def __init__(self, channel: Channel, hello: Hello) -> None:
+    def __init__(self, channel: Channel, hello: messages.Hello) -> None:
         """Load the robots and the operations."""
         self._channel, self._hello = channel, hello
         self._robots = {name: cast(Robot, pickle.loads(data)) for name, data in hello.robots.items()}
         self._operations = operations_of(hello.modules)
         self._scenes: LruCache[bytes, Scene] = LruCache(SCENES)
-        self._waiting: SimpleQueue[tuple[Request, Watch]] = SimpleQueue()
+        self._waiting: SimpleQueue[tuple[messages.Request, Watch]] = SimpleQueue()
         self._watches: dict[int, Watch] = {}
 
     def serve(self) -> None:
         """Do requests until the server closes the socket."""
         Thread(target=self._listen, name="listen", daemon=True).start()
-        self._channel.send(WorkerReady(memory_used()))
+        self._channel.send(messages.WorkerReady(memory_used()))
         while True:
             request, watch = self._waiting.get()
             begin = time.process_time()
@@ -93,19 +79,19 @@ class Worker:
             try:
                 said = self._answered(request, watch)
             except RequestRefused as refusal:
-                said = Rejected(request.number, refusal.why.value, refusal.reason, 0.0, 0)
+                said = messages.Rejected(request.number, refusal.why.value, refusal.reason, 0.0, 0)
             self._watches.pop(request.number, None)
             used = time.process_time() - begin
             self._channel.send(msgspec.structs.replace(said, cpu=used, memory=memory_used()))
 
-    def _answered(self, request: Request, watch: Watch) -> Answered | Rejected:
+    def _answered(self, request: messages.Request, watch: Watch) -> messages.Answered | messages.Rejected:
         """Do a request."""
         try:
             answer = self._run(request, watch)
             body = _JSON.encode(answer.document)
             state = answer.state
             if state is None:
-                return Answered(request.number, body, None, None, {}, 0.0, 0)
+                return messages.Answered(request.number, body, None, None, {}, 0.0, 0)
             scene = packed(state, self._robots)
         except RequestRefused:
             raise
@@ -119,9 +105,9 @@ class Worker:
             raise RequestRefused(Why.FAILED, f"a fault of the server ({type(error).__name__})") from error
         self._scenes.get(scene.key, lambda: state.scene)
         places, stamps = state.positions.tolist(), dict(state.stamps)
-        return Answered(request.number, body, scene.data, places, stamps, 0.0, 0)
+        return messages.Answered(request.number, body, scene.data, places, stamps, 0.0, 0)
 
-    def _run(self, request: Request, watch: Watch) -> Answer:
+    def _run(self, request: messages.Request, watch: Watch) -> Answer:
         try:
             text = request.body.decode("utf-8-sig")
         except UnicodeDecodeError as error:
@@ -136,7 +122,7 @@ class Worker:
         state = SessionState(request.robot, scene, positions, request.stamps)
         return self._operations[request.operation].run(state, arguments, watch)
 
-    def _scene(self, request: Request | Changed) -> Scene:
+    def _scene(self, request: messages.Request | messages.Changed) -> Scene:
         scene = PackedScene(request.robot, request.scene, request.key)
         return self._scenes.get(scene.key, lambda: unpacked(scene, self._robots))
 
@@ -149,25 +135,25 @@ class Worker:
             os._exit(1)  # the server starts another
         os._exit(0)  # in the midst of a request nobody waits for
 
-    def _hear(self, message: ToWorker) -> None:
+    def _hear(self, message: messages.ToWorker) -> None:
         """Receive a message; its request may be over."""
         match message:
-            case Request():
+            case messages.Request():
                 watch = self._watch(message)
                 self._watches[message.number] = watch
                 self._waiting.put((message, watch))
-            case Cancel():
+            case messages.Cancel():
                 if (watch := self._watches.get(message.number)) is not None:
                     watch.cancel.set()
-            case Changed():
+            case messages.Changed():
                 if (watch := self._watches.get(message.number)) is not None:
                     watch.change(partial(self._scene, message))
             case _:
                 pass
 
-    def _watch(self, request: Request) -> Watch:
+    def _watch(self, request: messages.Request) -> Watch:
         def tell(document: Mapping[str, object], positions: list[float] | None) -> None:
-            self._channel.send(Feedback(request.number, _JSON.encode(document), positions))
+            self._channel.send(messages.Feedback(request.number, _JSON.encode(document), positions))
 
         listener = tell if request.feedback else None
         return Watch(
@@ -192,7 +178,7 @@ def main() -> None:
     _die_with_parent()
     channel = Channel(socket.socket(fileno=int(sys.argv[1])))
     hello = channel.receive()
-    if isinstance(hello, Hello):
+    if isinstance(hello, messages.Hello):
         Worker(channel, hello).serve()
 
 

@@ -5,16 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.files.messages import (
-    BoundingVolume,
-    Constraints,
-    JointConstraint,
-    OrientationConstraint,
-    PoseStamped,
-    PositionConstraint,
-    VisibilityConstraint,
-    field_names,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import field_names
 from trajopt.files.moveit.frames import (
     LEAST_TOLERANCE,
     Reading,
@@ -76,7 +68,9 @@ class PointRegion:
 
 def read_region(node: Node, scene: Scene, reading: Reading) -> PointRegion:
     """Return the region of a position constraint; of a sphere, the cube inside it."""
-    region = node.only(field_names(PositionConstraint))["constraint_region"].only(field_names(BoundingVolume))
+    region = node.only(field_names(msg.PositionConstraint))["constraint_region"].only(
+        field_names(msg.BoundingVolume)
+    )
     primitives, poses = region["primitives"].elements(), region["primitive_poses"].elements()
     if region["meshes"].elements():
         raise region["meshes"].error("a region can be a box or a sphere, not a mesh")
@@ -136,7 +130,7 @@ class Orientation:
 
 def read_orientation(node: Node, scene: Scene, reading: Reading) -> tuple[Orientation, Scene]:
     """Return the orientation required by a message, and the scene with the frames that it needs."""
-    node.only(field_names(OrientationConstraint))
+    node.only(field_names(msg.OrientationConstraint))
     link = read_frame_name(node["link_name"], scene)
     reference = read_frame(node["header"], scene, reading)
     rotation = placement(quaternion=read_quaternion(node["orientation"], reading.notes)).rotation
@@ -186,8 +180,8 @@ def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Require
 
     Source: MoveIt, `kinematic_constraints::VisibilityConstraint::decide`.
     """
-    node.only(field_names(VisibilityConstraint))
-    sensor, target = (node[key].only(field_names(PoseStamped)) for key in ("sensor_pose", "target_pose"))
+    node.only(field_names(msg.VisibilityConstraint))
+    sensor, target = (node[key].only(field_names(msg.PoseStamped)) for key in ("sensor_pose", "target_pose"))
     camera, reference = (read_frame(each["header"], scene, reading) for each in (sensor, target))
     here, there = (read_placement(each["pose"], reading.notes) for each in (sensor, target))
     direction = node["sensor_view_direction"].number(0.0)
@@ -243,7 +237,7 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
         FileFormatError: If a constraint is malformed or of an unsupported kind.
         NameNotFound: If it names an unknown joint, link or frame.
     """
-    node.only((*field_names(Constraints), *_readers(node)))
+    node.only((*field_names(msg.Constraints), *_readers(node)))
     found: list[Requirement] = [*_read_joints(node["joint_constraints"], scene)]
     for field, read in READERS.items():
         for element in node[field].elements():
@@ -276,7 +270,7 @@ def reads_constraints(field: str) -> Callable[[ConstraintReader], ConstraintRead
 
 def _readers(node: Node) -> tuple[str, ...]:
     """Return the fields with readers; import installed packages if one is missing."""
-    if not node.has_only((*field_names(Constraints), *READERS)):
+    if not node.has_only((*field_names(msg.Constraints), *READERS)):
         import_installed()
     return tuple(READERS)
 
@@ -286,7 +280,7 @@ def _read_joints(nodes: Node, scene: Scene) -> tuple[JointPositions, ...]:
     below: dict[str, float] = {}
     above: dict[str, float] = {}
     for node in nodes.elements():
-        joint = node.only(field_names(JointConstraint))["joint_name"].text()
+        joint = node.only(field_names(msg.JointConstraint))["joint_name"].text()
         require(node["joint_name"], JointNotFound, "joint", joint, scene.robot.joint_names)
         if joint in positions:
             raise node["joint_name"].error(f"joint {joint!r} is constrained twice")

@@ -4,33 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import cast
 
-from trajopt.files.messages import (
-    AllowedCollisionEntry,
-    AllowedCollisionMatrix,
-    AttachedCollisionObject,
-    CollisionObject,
-    Header,
-    JointState,
-    LinkPadding,
-    LinkScale,
-    MeshTriangle,
-    MultiDOFJointState,
-    PlanningScene,
-    PlanningSceneComponents,
-    PlanningSceneWorld,
-    Point,
-    RobotState,
-    SolidPrimitive,
-    TransformStamped,
-    document_of,
-)
-from trajopt.files.messages import (
-    Mesh as MeshMessage,
-)
-from trajopt.files.messages import (
-    Plane as PlaneMessage,
-)
-from trajopt.files.messages import PlanningSceneComponents as Parts
+from trajopt.files import messages as msg
+from trajopt.files.messages import document_of
 from trajopt.files.moveit.frames import pose_of, transform_of
 from trajopt.files.moveit.trajectories import planar_joints, planar_placement, write_message
 from trajopt.scene.scene import Scene
@@ -43,17 +18,17 @@ from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
 
 WRITTEN = (
-    Parts.ROBOT_STATE
-    + Parts.ROBOT_STATE_ATTACHED_OBJECTS
-    + Parts.WORLD_OBJECT_NAMES
-    + Parts.WORLD_OBJECT_GEOMETRY
-    + Parts.TRANSFORMS
-    + Parts.ALLOWED_COLLISION_MATRIX
-    + Parts.LINK_PADDING_AND_SCALING
+    msg.PlanningSceneComponents.ROBOT_STATE
+    + msg.PlanningSceneComponents.ROBOT_STATE_ATTACHED_OBJECTS
+    + msg.PlanningSceneComponents.WORLD_OBJECT_NAMES
+    + msg.PlanningSceneComponents.WORLD_OBJECT_GEOMETRY
+    + msg.PlanningSceneComponents.TRANSFORMS
+    + msg.PlanningSceneComponents.ALLOWED_COLLISION_MATRIX
+    + msg.PlanningSceneComponents.LINK_PADDING_AND_SCALING
 )
 
 
-def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:
+def world_messages(scene: Scene, frame: str) -> Mapping[str, msg.CollisionObject]:
     """Return the world objects, by id, in the planning frame.
 
     Args:
@@ -66,9 +41,9 @@ def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:
     }
 
 
-def attached_messages(scene: Scene) -> Mapping[str, AttachedCollisionObject]:
+def attached_messages(scene: Scene) -> Mapping[str, msg.AttachedCollisionObject]:
     """Return the attached objects, by id."""
-    found: dict[str, AttachedCollisionObject] = {}
+    found: dict[str, msg.AttachedCollisionObject] = {}
     for name, item in scene.objects.items():
         holder = scene.holder(name)
         if item.parts and holder.link != WORLD:
@@ -76,18 +51,18 @@ def attached_messages(scene: Scene) -> Mapping[str, AttachedCollisionObject]:
             if item.frame in scene.frame_names:
                 link, where = item.frame, item.placement
             message = object_message(item, where, link, scene)
-            found[name] = AttachedCollisionObject(link, message, sorted(item.touch_links))
+            found[name] = msg.AttachedCollisionObject(link, message, sorted(item.touch_links))
     return found
 
 
-def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene) -> CollisionObject:
+def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene) -> msg.CollisionObject:
     """Return an object as a message.
 
     Args:
         where: Placement of the object in the frame.
         scene: The scene of the object, with the frames on it.
     """
-    message = CollisionObject(header=Header(frame_id=frame), pose=pose_of(where), id=item.name)
+    message = msg.CollisionObject(header=msg.Header(frame_id=frame), pose=pose_of(where), id=item.name)
     for shape, inner in item.parts:
         _enter(message, shape, inner)
     for key, inner in scene.objects.items():
@@ -97,10 +72,10 @@ def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene
     return message
 
 
-def _enter(message: CollisionObject, shape: Shape, where: Placement) -> None:
+def _enter(message: msg.CollisionObject, shape: Shape, where: Placement) -> None:
     match shape:
         case Plane():
-            message.planes.append(PlaneMessage([0.0, 0.0, 1.0, 0.0]))
+            message.planes.append(msg.Plane([0.0, 0.0, 1.0, 0.0]))
             message.plane_poses.append(pose_of(where))
         case Points() | Voxels():
             # One for each ball or cube; MoveIt's octree has only cubes of one grid.
@@ -117,67 +92,71 @@ def _enter(message: CollisionObject, shape: Shape, where: Placement) -> None:
                 message.primitive_poses.append(pose_of(where * inner))
 
 
-def _primitives(shape: Box | Sphere | Cylinder | Cone | Capsule) -> list[tuple[SolidPrimitive, Placement]]:
+def _primitives(
+    shape: Box | Sphere | Cylinder | Cone | Capsule,
+) -> list[tuple[msg.SolidPrimitive, Placement]]:
     here = Placement()
     match shape:
         case Box():
-            return [(SolidPrimitive(SolidPrimitive.BOX, [shape.x, shape.y, shape.z]), here)]
+            return [(msg.SolidPrimitive(msg.SolidPrimitive.BOX, [shape.x, shape.y, shape.z]), here)]
         case Sphere():
-            return [(SolidPrimitive(SolidPrimitive.SPHERE, [shape.radius]), here)]
+            return [(msg.SolidPrimitive(msg.SolidPrimitive.SPHERE, [shape.radius]), here)]
         case Cylinder():
-            return [(SolidPrimitive(SolidPrimitive.CYLINDER, [shape.length, shape.radius]), here)]
+            return [(msg.SolidPrimitive(msg.SolidPrimitive.CYLINDER, [shape.length, shape.radius]), here)]
         case Cone():
-            return [(SolidPrimitive(SolidPrimitive.CONE, [shape.length, shape.radius]), here)]
+            return [(msg.SolidPrimitive(msg.SolidPrimitive.CONE, [shape.length, shape.radius]), here)]
         case Capsule():
-            tube = SolidPrimitive(SolidPrimitive.CYLINDER, [shape.length, shape.radius])
+            tube = msg.SolidPrimitive(msg.SolidPrimitive.CYLINDER, [shape.length, shape.radius])
             ends = [placement((0.0, 0.0, side * shape.length / 2.0)) for side in (-1.0, 1.0)]
             return [
                 (tube, here),
-                *((SolidPrimitive(SolidPrimitive.SPHERE, [shape.radius]), at) for at in ends),
+                *((msg.SolidPrimitive(msg.SolidPrimitive.SPHERE, [shape.radius]), at) for at in ends),
             ]
 
 
-def mesh_message(mesh: Mesh | Convex) -> MeshMessage:
+def mesh_message(mesh: Mesh | Convex) -> msg.Mesh:
     """Return triangles as a message."""
-    triangles = [MeshTriangle([int(corner) for corner in face]) for face in mesh.faces]
-    return MeshMessage(triangles, [Point(*vertex) for vertex in mesh.vertices.tolist()])
+    triangles = [msg.MeshTriangle([int(corner) for corner in face]) for face in mesh.faces]
+    return msg.Mesh(triangles, [msg.Point(*vertex) for vertex in mesh.vertices.tolist()])
 
 
-def matrix_message(scene: Scene) -> AllowedCollisionMatrix:
+def matrix_message(scene: Scene) -> msg.AllowedCollisionMatrix:
     names = [*scene.robot.links, *(name for name, item in scene.objects.items() if item.parts)]
-    rows = [AllowedCollisionEntry([_excused(scene, a, b) for b in names]) for a in names]
+    rows = [msg.AllowedCollisionEntry([_excused(scene, a, b) for b in names]) for a in names]
     defaults = scene.allowed.defaults
-    return AllowedCollisionMatrix(names, rows, list(defaults), list(defaults.values()))
+    return msg.AllowedCollisionMatrix(names, rows, list(defaults), list(defaults.values()))
 
 
 def _excused(scene: Scene, a: str, b: str) -> bool:
     return a != b and scene.allowed.allowed(a, b)
 
 
-def state_message(scene: Scene, positions: Floats) -> RobotState:
+def state_message(scene: Scene, positions: Floats) -> msg.RobotState:
     """Return positions of all joints, and the attached objects, as a message."""
     robot, at = scene.robot, positions.tolist()
     named = dict(zip(robot.joint_names, at, strict=True))
-    several = MultiDOFJointState()
+    several = msg.MultiDOFJointState()
     if planar_joints(robot.base.joints):
         x, y, yaw = (named.pop(joint) for joint in robot.base.joints)
         transform = transform_of(planar_placement(x, y, yaw))
-        several = MultiDOFJointState(Header(frame_id=robot.base.frame), [robot.base.name], [transform])
-    return RobotState(
-        joint_state=JointState(name=list(named), position=list(named.values())),
+        several = msg.MultiDOFJointState(
+            msg.Header(frame_id=robot.base.frame), [robot.base.name], [transform]
+        )
+    return msg.RobotState(
+        joint_state=msg.JointState(name=list(named), position=list(named.values())),
         multi_dof_joint_state=several,
         attached_collision_objects=list(attached_messages(scene).values()),
     )
 
 
-def scene_message(scene: Scene, positions: Floats, components: int) -> PlanningScene:
+def scene_message(scene: Scene, positions: Floats, components: int) -> msg.PlanningScene:
     """Return the requested components of a scene as a message.
 
     Args:
         positions: Of all joints, shape (number of joints,) [rad | m].
         components: A sum of constants of `PlanningSceneComponents`.
     """
-    asked, message = PlanningSceneComponents, PlanningScene(robot_model_name=scene.robot.name)
+    asked, message = msg.PlanningSceneComponents, msg.PlanningScene(robot_model_name=scene.robot.name)
     frame = scene.robot.links[0]
     if components & (asked.ROBOT_STATE | asked.ROBOT_STATE_ATTACHED_OBJECTS):
         message.robot_state = state_message(scene, positions)
@@ -186,25 +165,27 @@ def scene_message(scene: Scene, positions: Floats, components: int) -> PlanningS
     if components & (asked.WORLD_OBJECT_NAMES | asked.WORLD_OBJECT_GEOMETRY):
         objects = world_messages(scene, frame)
         if not components & asked.WORLD_OBJECT_GEOMETRY:
-            objects = {name: CollisionObject(id=name) for name in objects}
-        message.world = PlanningSceneWorld(list(objects.values()))
+            objects = {name: msg.CollisionObject(id=name) for name in objects}
+        message.world = msg.PlanningSceneWorld(list(objects.values()))
     if components & asked.TRANSFORMS:
         message.fixed_frame_transforms = _fixed_frames(scene, frame)
     if components & asked.ALLOWED_COLLISION_MATRIX:
         message.allowed_collision_matrix = matrix_message(scene)
     if components & asked.LINK_PADDING_AND_SCALING:
-        message.link_padding = [LinkPadding(*item) for item in scene.clearances.links.items()]
+        message.link_padding = [msg.LinkPadding(*item) for item in scene.clearances.links.items()]
         scales = {body.owner: body.scale for body in scene.robot.bodies if body.scale != 1.0}
-        message.link_scale = [LinkScale(*item) for item in scales.items()]
+        message.link_scale = [msg.LinkScale(*item) for item in scales.items()]
     return message
 
 
-def _fixed_frames(scene: Scene, frame: str) -> list[TransformStamped]:
+def _fixed_frames(scene: Scene, frame: str) -> list[msg.TransformStamped]:
     """Return the frames without a shape: fixed world frames and tool frames."""
     standing = [name for name, item in scene.objects.items() if not item.parts and item.frame == WORLD]
     placed = [(frame, name, scene.object(name).placement) for name in standing]
     placed += [(item.frame, name, item.placement) for name, item in scene.tools.items()]
-    return [TransformStamped(Header(frame_id=on), name, transform_of(where)) for on, name, where in placed]
+    return [
+        msg.TransformStamped(msg.Header(frame_id=on), name, transform_of(where)) for on, name, where in placed
+    ]
 
 
 @checked

@@ -13,22 +13,8 @@ from typing import cast
 import numpy as np
 import yaml
 
-from trajopt.files.messages import (
-    Duration,
-    FollowJointTrajectoryGoal,
-    Header,
-    JointTrajectory,
-    JointTrajectoryPoint,
-    MultiDOFJointTrajectory,
-    MultiDOFJointTrajectoryPoint,
-    RobotTrajectory,
-    Twist,
-    Vector3,
-    document_of,
-    encode,
-    field_names,
-    is_message,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import document_of, encode, field_names, is_message
 from trajopt.files.moveit.frames import read_placement, read_vector, transform_of
 from trajopt.robot.bases import PLANAR
 from trajopt.robot.loading.groups import Group
@@ -255,7 +241,7 @@ def _rows(points: Sequence[Node], key: str, count: int) -> Floats | None:
 
 
 def _rates(node: Node) -> tuple[float, float, float]:
-    node.only(field_names(Twist))
+    node.only(field_names(msg.Twist))
     nothing = (0.0, 0.0, 0.0)
     x, y, z = read_vector(node["linear"]) or nothing
     roll, pitch, yaw = read_vector(node["angular"]) or nothing
@@ -287,7 +273,7 @@ def read_joint_trajectory(document: Node) -> Trajectory:
     Raises:
         FileFormatError: If it is malformed, or a joint of several degrees of freedom leaves the plane.
     """
-    document.only(field_names(RobotTrajectory))
+    document.only(field_names(msg.RobotTrajectory))
     several = read_multi_dof(document["multi_dof_joint_trajectory"])
     single = document["joint_trajectory"]
     if several is not None and not single["points"].elements():
@@ -295,7 +281,7 @@ def read_joint_trajectory(document: Node) -> Trajectory:
     return joined(document, read_points(single), several)
 
 
-def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotTrajectory:
+def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> msg.RobotTrajectory:
     """Return a trajectory as a message with its points at whole nanoseconds; an empty message for None.
 
     Velocities and accelerations of planar joints are derivatives of x, y and yaw: MoveIt, too, states them in
@@ -305,20 +291,20 @@ def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotT
         ShapeError: If two points are less than a nanosecond apart.
     """
     if trajectory is None:
-        return RobotTrajectory()
+        return msg.RobotTrajectory()
     single, several = split(on_whole_nanoseconds(trajectory))
-    message = RobotTrajectory()
+    message = msg.RobotTrajectory()
     if single is not None:
         names = list(single.joint_names)
-        message.joint_trajectory = JointTrajectory(Header(frame_id=frame), names, _points(single))
+        message.joint_trajectory = msg.JointTrajectory(msg.Header(frame_id=frame), names, _points(single))
     if several is not None:
-        message.multi_dof_joint_trajectory = MultiDOFJointTrajectory(
-            Header(frame_id=frame), list(planar_joints(several.joint_names)), _transforms(several)
+        message.multi_dof_joint_trajectory = msg.MultiDOFJointTrajectory(
+            msg.Header(frame_id=frame), list(planar_joints(several.joint_names)), _transforms(several)
         )
     return message
 
 
-def trajectory_document(message: RobotTrajectory | JointTrajectory) -> dict[str, object]:
+def trajectory_document(message: msg.RobotTrajectory | msg.JointTrajectory) -> dict[str, object]:
     document = encode(message)
     for inner in (document, *document.values()):
         if isinstance(inner, dict) and "points" in inner:
@@ -327,33 +313,33 @@ def trajectory_document(message: RobotTrajectory | JointTrajectory) -> dict[str,
     return document
 
 
-def _points(trajectory: Trajectory) -> list[JointTrajectoryPoint]:
+def _points(trajectory: Trajectory) -> list[msg.JointTrajectoryPoint]:
     return [
-        JointTrajectoryPoint(
+        msg.JointTrajectoryPoint(
             trajectory.positions[place].tolist(),
             [] if trajectory.velocities is None else trajectory.velocities[place].tolist(),
             [] if trajectory.accelerations is None else trajectory.accelerations[place].tolist(),
-            time_from_start=Duration(moment),
+            time_from_start=msg.Duration(moment),
         )
         for place, moment in enumerate(trajectory.times.tolist())
     ]
 
 
-def _transforms(trajectory: Trajectory) -> list[MultiDOFJointTrajectoryPoint]:
+def _transforms(trajectory: Trajectory) -> list[msg.MultiDOFJointTrajectoryPoint]:
     return [
-        MultiDOFJointTrajectoryPoint(
+        msg.MultiDOFJointTrajectoryPoint(
             [transform_of(planar_placement(*row)) for row in _by_joint(trajectory.positions[place])],
             _twists(trajectory.velocities, place),
             _twists(trajectory.accelerations, place),
-            Duration(moment),
+            msg.Duration(moment),
         )
         for place, moment in enumerate(trajectory.times.tolist())
     ]
 
 
-def _twists(rows: Floats | None, place: int) -> list[Twist]:
+def _twists(rows: Floats | None, place: int) -> list[msg.Twist]:
     rates = [] if rows is None else _by_joint(rows[place])
-    return [Twist(Vector3(x, y, 0.0), Vector3(0.0, 0.0, yaw)) for x, y, yaw in rates]
+    return [msg.Twist(msg.Vector3(x, y, 0.0), msg.Vector3(0.0, 0.0, yaw)) for x, y, yaw in rates]
 
 
 def _by_joint(row: Floats) -> list[list[float]]:
@@ -372,7 +358,7 @@ def trajectory_of(message: object, name: str, group: Group, start: Mapping[str, 
         JointNotFound: If a joint of the group is missing.
         ShapeError: If it moves other joints.
     """
-    whole = message if is_message(message, "joint_trajectory") else RobotTrajectory(message)  # pyright: ignore[reportArgumentType]
+    whole = message if is_message(message, "joint_trajectory") else msg.RobotTrajectory(message)  # pyright: ignore[reportArgumentType]
     document = document_of(whole, name)
     lists = ("joint_trajectory", "multi_dof_joint_trajectory")
     if not any(document[each]["points"].elements() for each in lists):
@@ -481,7 +467,7 @@ def read_trajectory(path: Path | str) -> Trajectory:
     if document.has("status") and not document["points"].elements():
         raise document.error(f"holds no motion: {document['message'].text('')}")
     if document.has("trajectory"):
-        document.only(field_names(FollowJointTrajectoryGoal))
+        document.only(field_names(msg.FollowJointTrajectoryGoal))
         if document["multi_dof_trajectory"]["points"].elements():
             raise document["multi_dof_trajectory"].error("cannot be read; a RobotTrajectory with it can")
         document = document["trajectory"]

@@ -13,20 +13,9 @@ from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection, wait
 
+from trajopt.lab.campaign import engine
 from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.columns import Row, encoded
-from trajopt.lab.campaign.engine import (
-    AHEAD,
-    MARK,
-    Block,
-    Bunch,
-    EnginePool,
-    Lost,
-    PlannedBlock,
-    Setup,
-    StartReport,
-    check_workers,
-)
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.row import Fate, lost_row
 from trajopt.values.errors import CampaignError
@@ -62,7 +51,7 @@ class Worked:
 class WorkerSupervisor:
     """Manages one worker, passes blocks of problems to it, and writes the rows of crashed problems."""
 
-    def __init__(self, setup: Setup) -> None:
+    def __init__(self, setup: engine.Setup) -> None:
         """Start a worker; it is not yet ready when this returns."""
         self._setup = setup
         self._blocks: deque[Sequence[CampaignTask]] = deque()  # that are not yet returned
@@ -176,20 +165,20 @@ class WorkerSupervisor:
         self._until = self._begun + self._setup.most_seconds if self._sent else float("inf")
 
     def _read_marks(self) -> None:
-        marks = self._marks.read(2 * PIPED * MARK.size)
+        marks = self._marks.read(2 * PIPED * engine.MARK.size)
         if marks:
-            self._marked, self._begun = MARK.unpack(marks[-MARK.size :])
+            self._marked, self._begun = engine.MARK.unpack(marks[-engine.MARK.size :])
 
     def _at(self) -> CampaignTask:
         self._read_marks()
         return self._sent[min(max(self._marked - self._told, 1), len(self._sent)) - 1]
 
     def _take(self, said: object) -> None:
-        if isinstance(said, StartReport):
+        if isinstance(said, engine.StartReport):
             if said.reason:
                 raise CampaignError(said.reason)
             self._ready, self._killed = True, 0
-        elif isinstance(said, Bunch):
+        elif isinstance(said, engine.Bunch):
             for row in said.rows:
                 self._rows[self._sent.popleft().id] = row
             self._told += len(said.rows)
@@ -254,10 +243,10 @@ class Local:
     workers: int = 0
 
     def __post_init__(self) -> None:
-        check_workers(self.workers)
+        engine.check_workers(self.workers)
 
     @contextmanager
-    def pool(self, folder: CampaignFolder) -> Generator[EnginePool]:
+    def pool(self, folder: CampaignFolder) -> Generator[engine.EnginePool]:
         workers = LocalPool(setup_of(folder), self.workers or cores())
         try:
             yield workers
@@ -268,16 +257,16 @@ class Local:
 class LocalPool:
     """Workers on this machine."""
 
-    def __init__(self, setup: Setup, workers: int) -> None:
+    def __init__(self, setup: engine.Setup, workers: int) -> None:
         """Store the number of workers; each is started with its first block."""
         self._setup, self.workers = setup, workers
-        self._blocks: dict[WorkerSupervisor, deque[Block]] = {}
+        self._blocks: dict[WorkerSupervisor, deque[engine.Block]] = {}
 
     @property
     def idle(self) -> int:
-        return AHEAD * self.workers - sum(map(len, self._blocks.values()))
+        return engine.AHEAD * self.workers - sum(map(len, self._blocks.values()))
 
-    def submit(self, block: Block) -> None:
+    def submit(self, block: engine.Block) -> None:
         least = min(self._blocks, key=lambda each: len(self._blocks[each]), default=None)
         if least is None or (self._blocks[least] and len(self._blocks) < self.workers):
             least = WorkerSupervisor(self._setup)
@@ -285,12 +274,12 @@ class LocalPool:
         self._blocks[least].append(block)
         least.give(block.tasks)
 
-    def wait(self, seconds: float) -> Sequence[PlannedBlock | Lost]:
+    def wait(self, seconds: float) -> Sequence[engine.PlannedBlock | engine.Lost]:
         pipes = {each.pipe: each for each, blocks in self._blocks.items() if blocks}
         soonest = min((each.until for each in pipes.values()), default=0.0) - time.monotonic()
         ready = wait(list(pipes), timeout=max(0.0, min(seconds, soonest)))
         overdue = [each for each in pipes.values() if each.until < time.monotonic()]
-        ended: list[PlannedBlock | Lost] = []
+        ended: list[engine.PlannedBlock | engine.Lost] = []
         for worker in dict.fromkeys((*(pipes[pipe] for pipe in ready), *overdue)):  # pyright: ignore
             while (worked := worker.advance()) is not None:  # what is told at once may end both of its blocks
                 ended.append(planned(self._blocks[worker].popleft(), worked))
@@ -301,16 +290,16 @@ class LocalPool:
             worker.close()
 
 
-def planned(block: Block, worked: Worked) -> PlannedBlock:
+def planned(block: engine.Block, worked: Worked) -> engine.PlannedBlock:
     rows = worked.rows
     busy = sum(row["cpu_seconds"]["total"] for row in rows if row.get("cpu_seconds"))
     seconds = sum(row["wall_seconds"] for row in rows)
     verified = sum(bool(row["verified"]) for row in rows)
-    return PlannedBlock(block, encoded(rows), seconds, busy, worked.waited, verified)
+    return engine.PlannedBlock(block, encoded(rows), seconds, busy, worked.waited, verified)
 
 
-def setup_of(folder: CampaignFolder) -> Setup:
-    return Setup(folder.documents, folder.options, folder.versions, folder.most_seconds)
+def setup_of(folder: CampaignFolder) -> engine.Setup:
+    return engine.Setup(folder.documents, folder.options, folder.versions, folder.most_seconds)
 
 
 def cores() -> int:

@@ -11,21 +11,9 @@ from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Bools, Floats, Ints, floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.placement import WORLD, Placement
+from trajopt.values.shapes import shapes
 from trajopt.values.shapes.closed_surface import HOLE
 from trajopt.values.shapes.mesh import Mesh
-from trajopt.values.shapes.shapes import (
-    Box,
-    Capsule,
-    Cone,
-    Convex,
-    Cylinder,
-    Plane,
-    Points,
-    Shape,
-    Sphere,
-    Voxels,
-    bounding_box,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +26,7 @@ class _Solid:
         faces: Outward normals and offsets of flat faces, shape (k, 4); empty otherwise.
     """
 
-    shape: Shape
+    shape: shapes.Shape
     lower: Floats
     upper: Floats
     faces: Floats
@@ -62,18 +50,18 @@ class _Solid:
             return farthest <= padding
         across, height = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
         match self.shape:
-            case Sphere(radius):
+            case shapes.Sphere(radius):
                 return np.linalg.norm(points, axis=1) <= radius + padding
-            case Cylinder(radius, _):
+            case shapes.Cylinder(radius, _):
                 return across <= radius + padding
-            case Capsule(radius, length):
+            case shapes.Capsule(radius, length):
                 return np.hypot(across, np.maximum(np.abs(height) - length / 2, 0.0)) <= radius + padding
-            case Cone(radius, length):
+            case shapes.Cone(radius, length):
                 slant = float(np.hypot(radius, length))
                 return (across - radius * (0.5 - height / length)) * length / slant <= padding
-            case Points(centres, radius):
+            case shapes.Points(centres, radius):
                 return _within(points, centres, radius + padding)
-            case Voxels():
+            case shapes.Voxels():
                 return _within(points, self.shape.centres, self.shape.size * np.sqrt(0.75) + padding)
             case Mesh():
                 # What lies in a bin is no part of it, though it is within the bin's hull.
@@ -165,22 +153,22 @@ def _solids_of(robot: Robot) -> tuple[tuple[CollisionBody, _Solid], ...]:
     return tuple((body, _solid(body.shape)) for body in robot.bodies)
 
 
-def _solid(shape: Shape) -> _Solid:
-    lower, upper = bounding_box(shape)
+def _solid(shape: shapes.Shape) -> _Solid:
+    lower, upper = shapes.bounding_box(shape)
     faces = np.empty((0, 4))
     match shape:
-        case Box():
+        case shapes.Box():
             return _Solid(shape, lower, upper, faces)
-        case Plane():
+        case shapes.Plane():
             return _Solid(shape, lower, upper, np.array(((0.0, 0.0, 1.0, 0.0),)))
-        case Convex():
+        case shapes.Convex():
             faces = _faces(shape)
         case _:
             pass
     return _Solid(shape, lower, upper, faces)
 
 
-def _faces(hull: Convex) -> Floats:
+def _faces(hull: shapes.Convex) -> Floats:
     """Return the planes of a hull's faces as outward normals and offsets, shape (k, 4)."""
     corners = hull.vertices[hull.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -9,20 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.files.messages import (
-    BoundingVolume,
-    Constraints,
-    Header,
-    JointConstraint,
-    OrientationConstraint,
-    PlannerInterfaceDescription,
-    Pose,
-    PoseStamped,
-    PositionConstraint,
-    RobotState,
-    SolidPrimitive,
-    TrajectoryConstraints,
-)
+from trajopt.files import messages as msg
 from trajopt.files.moveit.frames import pose_of, world_names
 from trajopt.files.moveit.scene_messages import state_message
 from trajopt.geometry import angular_jacobian, evaluator, point_jacobian
@@ -81,7 +68,7 @@ class Targets:
 
 def goal_constraints(
     targets: Targets, settings: Settings, frame: str, placed: Callable[[PoseTarget], Placement]
-) -> list[Constraints]:
+) -> list[msg.Constraints]:
     """Return alternative goal constraints for targets.
 
     If several links have several poses each, the i-th alternative contains the i-th pose of every link.
@@ -91,9 +78,9 @@ def goal_constraints(
     """
     if not targets.poses:
         return [_joint_goal(targets.joints, settings.joint_tolerance)]
-    goals: list[Constraints] = []
+    goals: list[msg.Constraints] = []
     for together in zip_longest(*targets.poses.values()):
-        goal = Constraints()
+        goal = msg.Constraints()
         for link, target in zip(targets.poses, together, strict=True):
             if target is not None:
                 _demand(goal, link, target.part, placed(target), settings, frame)
@@ -101,26 +88,30 @@ def goal_constraints(
     return goals
 
 
-def _joint_goal(joints: Mapping[str, float], tolerance: float) -> Constraints:
-    constraints = [JointConstraint(name, value, tolerance, tolerance, 1.0) for name, value in joints.items()]
-    return Constraints(joint_constraints=constraints)
+def _joint_goal(joints: Mapping[str, float], tolerance: float) -> msg.Constraints:
+    constraints = [
+        msg.JointConstraint(name, value, tolerance, tolerance, 1.0) for name, value in joints.items()
+    ]
+    return msg.Constraints(joint_constraints=constraints)
 
 
 def _demand(
-    goal: Constraints, link: str, part: TargetKind, where: Placement, settings: Settings, frame: str
+    goal: msg.Constraints, link: str, part: TargetKind, where: Placement, settings: Settings, frame: str
 ) -> None:
-    pose, header = pose_of(where), Header(frame_id=frame)
+    pose, header = pose_of(where), msg.Header(frame_id=frame)
     if part is not TargetKind.ORIENTATION and np.isfinite(settings.position_tolerance).any():
-        box = SolidPrimitive(
-            SolidPrimitive.BOX, [2.0 * tolerance for tolerance in settings.position_tolerance]
+        box = msg.SolidPrimitive(
+            msg.SolidPrimitive.BOX, [2.0 * tolerance for tolerance in settings.position_tolerance]
         )
-        region = BoundingVolume([box], [Pose(pose.position, pose.orientation)])
+        region = msg.BoundingVolume([box], [msg.Pose(pose.position, pose.orientation)])
         goal.position_constraints.append(
-            PositionConstraint(header, link, constraint_region=region, weight=1.0)
+            msg.PositionConstraint(header, link, constraint_region=region, weight=1.0)
         )
     if part is not TargetKind.POSITION:
         goal.orientation_constraints.append(
-            OrientationConstraint(header, pose.orientation, link, *settings.orientation_tolerance, weight=1.0)
+            msg.OrientationConstraint(
+                header, pose.orientation, link, *settings.orientation_tolerance, weight=1.0
+            )
         )
 
 
@@ -150,10 +141,10 @@ class GroupBase:
         self._reference = self._planning_frame
         self._settings = Settings()
         self._targets = Targets(self._current())
-        self._start = RobotState(is_diff=True)
-        self._path_constraints: Constraints = Constraints()
-        self._trajectory_constraints: TrajectoryConstraints = TrajectoryConstraints()
-        self._known_constraints: Mapping[str, Constraints] = {}
+        self._start = msg.RobotState(is_diff=True)
+        self._path_constraints: msg.Constraints = msg.Constraints()
+        self._trajectory_constraints: msg.TrajectoryConstraints = msg.TrajectoryConstraints()
+        self._known_constraints: Mapping[str, msg.Constraints] = {}
         self._remembered: dict[str, list[float]] = {}
         self._result: Result | None = None
         self._followed: Followed | None = None
@@ -234,9 +225,9 @@ class GroupState(GroupBase):
         """Set the link, tool frame or attached object of pose targets."""
         self._tip = self._link(link_name)
 
-    def get_interface_description(self) -> PlannerInterfaceDescription:
+    def get_interface_description(self) -> msg.PlannerInterfaceDescription:
         """Return the names of the pipeline and its planners."""
-        return PlannerInterfaceDescription(PIPELINE, PIPELINE, list(PLANNERS))
+        return msg.PlannerInterfaceDescription(PIPELINE, PIPELINE, list(PLANNERS))
 
     def get_pose_reference_frame(self) -> str:
         """Return the frame of poses that are not stamped."""
@@ -255,7 +246,7 @@ class GroupState(GroupBase):
         """Return the current positions of the planned joints [rad | m]."""
         return list(self._current().values())
 
-    def get_current_pose(self, end_effector_link: str = "") -> PoseStamped:
+    def get_current_pose(self, end_effector_link: str = "") -> msg.PoseStamped:
         """Return the current pose of the end effector or another link, in the planning frame."""
         return self._pose(end_effector_link, self._world.positions)
 
@@ -271,20 +262,20 @@ class GroupState(GroupBase):
         upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
         return self._world.rng.uniform(lower, upper).tolist()
 
-    def get_random_pose(self, end_effector_link: str = "") -> PoseStamped:
+    def get_random_pose(self, end_effector_link: str = "") -> msg.PoseStamped:
         """Return the pose of the end effector or another link at random joint values."""
         values = dict(zip(self._group.joints, self.get_random_joint_values(), strict=True))
         return self._pose(end_effector_link, state_positions(values, self._world))
 
-    def get_current_state(self) -> RobotState:
+    def get_current_state(self) -> msg.RobotState:
         """Return the current joint positions of the whole robot, and its attached objects."""
         return state_message(self._world.scene, self._world.positions)
 
-    def get_current_state_bounded(self) -> RobotState:
+    def get_current_state_bounded(self) -> msg.RobotState:
         """Return the current state clipped to the joint limits."""
         return self.enforce_bounds(self.get_current_state())
 
-    def enforce_bounds(self, robot_state_msg: Any) -> RobotState:
+    def enforce_bounds(self, robot_state_msg: Any) -> msg.RobotState:
         """Clip each joint to its limits; wrap continuous joints to [-pi, pi]."""
         return within_bounds(robot_state_msg, self._world.robot)
 
@@ -306,7 +297,7 @@ class GroupState(GroupBase):
         point = (0.0, 0.0, 0.0) if reference_point is None else reference_point
         return jacobian(reduced, self._link(""), values, point).tolist()
 
-    def _pose(self, link: str, positions: Floats) -> PoseStamped:
+    def _pose(self, link: str, positions: Floats) -> msg.PoseStamped:
         where = self._world.scene.placement_of(self._link(link), positions)
         return stamped(where, self._planning_frame)
 

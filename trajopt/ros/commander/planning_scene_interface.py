@@ -7,17 +7,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from trajopt.files.messages import (
-    AttachedCollisionObject,
-    CollisionObject,
-    Header,
-    Plane,
-    PlanningScene,
-    Pose,
-    SolidPrimitive,
-    document_of,
-    is_message,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import document_of, is_message
 from trajopt.files.moveit.frames import pose_of, reading_at
 from trajopt.files.moveit.objects import apply_attached
 from trajopt.files.moveit.planning_scene import edit_object, edit_scene
@@ -85,17 +76,17 @@ class PlanningSceneInterface:
         """
         if isinstance(object, str):
             self._world.scene.object(object)
-            object = CollisionObject(id=object)
+            object = msg.CollisionObject(id=object)
         attached = is_message(object, "link_name", "object")
-        message = object if attached else AttachedCollisionObject(object=object)
+        message = object if attached else msg.AttachedCollisionObject(object=object)
         carrier = message.link_name if link is None else link
         touched = [carrier] if touch_links is None else list(touch_links)
-        whole = AttachedCollisionObject(carrier, message.object, touched)
+        whole = msg.AttachedCollisionObject(carrier, message.object, touched)
         self._apply(document_of(whole, "attached object"), apply_attached)
 
     def process_attached(self, message: Any) -> None:
         """Apply an AttachedCollisionObject: attach or detach."""
-        if message.object.operation == CollisionObject.REMOVE:
+        if message.object.operation == msg.CollisionObject.REMOVE:
             self.remove_attached_object(message.link_name or None, message.object.id or None)
         else:
             self.attach_object(message, message.link_name, message.touch_links)
@@ -156,14 +147,14 @@ class PlanningSceneInterface:
         """Remove an object from the world, or all objects that are not attached."""
         if name is not None:
             self._world.scene.object(name)
-        self.add_object(CollisionObject(id=name or "", operation=CollisionObject.REMOVE))
+        self.add_object(msg.CollisionObject(id=name or "", operation=msg.CollisionObject.REMOVE))
 
     def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:
         """Detach one object, or all of a link or of the robot; they stay in the world."""
         if name is not None:
             self._world.scene.object(name)
-        removed = CollisionObject(id=name or "", operation=CollisionObject.REMOVE)
-        message = AttachedCollisionObject(link or "", removed)
+        removed = msg.CollisionObject(id=name or "", operation=msg.CollisionObject.REMOVE)
+        message = msg.AttachedCollisionObject(link or "", removed)
         self._apply(document_of(message, "attached object"), apply_attached)
 
     def get_known_object_names(self, with_type: bool = False) -> list[str]:
@@ -191,20 +182,20 @@ class PlanningSceneInterface:
                 found.append(name)
         return found
 
-    def get_object_poses(self, object_ids: Sequence[str]) -> dict[str, Pose]:
+    def get_object_poses(self, object_ids: Sequence[str]) -> dict[str, msg.Pose]:
         """Return the poses of the existing objects among the names, in the planning frame."""
         objects = self.get_objects()
         return {name: objects[name].pose for name in object_ids if name in objects}
 
-    def get_objects(self, object_ids: Sequence[str] = ()) -> dict[str, CollisionObject]:
+    def get_objects(self, object_ids: Sequence[str] = ()) -> dict[str, msg.CollisionObject]:
         """Return the existing objects among the names; all if no name is given."""
         return _chosen(world_messages(self._world.scene, self._world.robot.links[0]), object_ids)
 
-    def get_attached_objects(self, object_ids: Sequence[str] = ()) -> dict[str, AttachedCollisionObject]:
+    def get_attached_objects(self, object_ids: Sequence[str] = ()) -> dict[str, msg.AttachedCollisionObject]:
         """Return the attached objects among the names; all if no name is given."""
         return _chosen(attached_messages(self._world.scene), object_ids)
 
-    def get_planning_scene(self, components: int) -> PlanningScene:
+    def get_planning_scene(self, components: int) -> msg.PlanningScene:
         """Return the parts of the scene selected by a sum of PlanningSceneComponents constants."""
         return scene_message(self._world.scene, self._world.positions, components)
 
@@ -217,27 +208,27 @@ class PlanningSceneInterface:
         return True
 
     @staticmethod
-    def make_box(name: str, pose: Any, size: Three) -> CollisionObject:
+    def make_box(name: str, pose: Any, size: Three) -> msg.CollisionObject:
         """Return the message that adds a box [m]."""
-        return _primitive(name, pose, SolidPrimitive.BOX, size)
+        return _primitive(name, pose, msg.SolidPrimitive.BOX, size)
 
     @staticmethod
-    def make_sphere(name: str, pose: Any, radius: float) -> CollisionObject:
+    def make_sphere(name: str, pose: Any, radius: float) -> msg.CollisionObject:
         """Return the message that adds a sphere [m]."""
-        return _primitive(name, pose, SolidPrimitive.SPHERE, [radius])
+        return _primitive(name, pose, msg.SolidPrimitive.SPHERE, [radius])
 
     @staticmethod
-    def make_cylinder(name: str, pose: Any, height: float, radius: float) -> CollisionObject:
+    def make_cylinder(name: str, pose: Any, height: float, radius: float) -> msg.CollisionObject:
         """Return the message that adds a cylinder [m]."""
-        return _primitive(name, pose, SolidPrimitive.CYLINDER, [height, radius])
+        return _primitive(name, pose, msg.SolidPrimitive.CYLINDER, [height, radius])
 
     @staticmethod
-    def make_cone(name: str, pose: Any, height: float, radius: float) -> CollisionObject:
+    def make_cone(name: str, pose: Any, height: float, radius: float) -> msg.CollisionObject:
         """Return the message that adds a cone [m]."""
-        return _primitive(name, pose, SolidPrimitive.CONE, [height, radius])
+        return _primitive(name, pose, msg.SolidPrimitive.CONE, [height, radius])
 
     @staticmethod
-    def make_mesh(name: str, pose: Any, filename: str, scale: Three = (1, 1, 1)) -> CollisionObject:
+    def make_mesh(name: str, pose: Any, filename: str, scale: Three = (1, 1, 1)) -> msg.CollisionObject:
         """Return the message that adds the mesh of a file."""
         x, y, z = (float(factor) for factor in scale)
         message = _placed(name, pose)
@@ -245,10 +236,10 @@ class PlanningSceneInterface:
         return message
 
     @staticmethod
-    def make_plane(name: str, pose: Any, normal: Three = (0, 0, 1), offset: float = 0) -> CollisionObject:
+    def make_plane(name: str, pose: Any, normal: Three = (0, 0, 1), offset: float = 0) -> msg.CollisionObject:
         """Return the message that adds the half-space below a plane."""
         message = _placed(name, pose)
-        message.planes = [Plane([*map(float, normal), float(offset)])]
+        message.planes = [msg.Plane([*map(float, normal), float(offset)])]
         return message
 
     def _apply(self, document: Node, change: Callable[[Node, Scene, Any], Scene]) -> None:
@@ -256,14 +247,14 @@ class PlanningSceneInterface:
         self._world.edit(lambda scene: change(document, scene, reading_at(scene, positions)))
 
 
-def _placed(name: str, pose: Any) -> CollisionObject:
+def _placed(name: str, pose: Any) -> msg.CollisionObject:
     where, frame = framed_placement(pose, "")
-    return CollisionObject(header=Header(frame_id=frame), pose=pose_of(where), id=name)
+    return msg.CollisionObject(header=msg.Header(frame_id=frame), pose=pose_of(where), id=name)
 
 
-def _primitive(name: str, pose: Any, kind: int, dimensions: Three) -> CollisionObject:
+def _primitive(name: str, pose: Any, kind: int, dimensions: Three) -> msg.CollisionObject:
     message = _placed(name, pose)
-    message.primitives = [SolidPrimitive(kind, [float(size) for size in dimensions])]
+    message.primitives = [msg.SolidPrimitive(kind, [float(size) for size in dimensions])]
     return message
 
 

@@ -3,16 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-from trajopt.files.messages import (
-    ColorRGBA,
-    Header,
-    Marker,
-    MarkerArray,
-    PoseStamped,
-    RobotState,
-    Vector3,
-    is_message,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import is_message
 from trajopt.files.moveit.frames import pose_of
 from trajopt.files.moveit.scene_messages import state_message
 from trajopt.robot.loading.urdf import MeshReference
@@ -30,7 +22,7 @@ GREY = (0.5, 0.5, 0.5, 1.0)
 """Colour of visual elements without one."""
 
 
-def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> MarkerArray:
+def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> msg.MarkerArray:
     """Return a marker for every visual element of links.
 
     Args:
@@ -43,27 +35,29 @@ def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> MarkerArra
     for link in links:
         if link not in robot.links:
             raise FrameNotFound("link", link, robot.links)
-    found: list[Marker] = []
+    found: list[msg.Marker] = []
     for element in robot.visuals:
         if element.link not in links:
             continue
         where = scene.placement_of(element.link, positions) * element.placement
-        marker = Marker(Header(frame_id=robot.links[0]), element.link, len(found), pose=pose_of(where))
-        marker.color = ColorRGBA(*(element.colour or GREY))
+        marker = msg.Marker(
+            msg.Header(frame_id=robot.links[0]), element.link, len(found), pose=pose_of(where)
+        )
+        marker.color = msg.ColorRGBA(*(element.colour or GREY))
         match element.geometry:
             case MeshReference(path=path, scale=scale):
-                marker.type, marker.mesh_resource = Marker.MESH_RESOURCE, f"file://{path}"
-                marker.scale = Vector3(*scale)
+                marker.type, marker.mesh_resource = msg.Marker.MESH_RESOURCE, f"file://{path}"
+                marker.scale = msg.Vector3(*scale)
             case Box(x=x, y=y, z=z):
-                marker.type, marker.scale = Marker.CUBE, Vector3(x, y, z)
+                marker.type, marker.scale = msg.Marker.CUBE, msg.Vector3(x, y, z)
             case Sphere(radius=radius):
-                marker.type, marker.scale = Marker.SPHERE, Vector3(2 * radius, 2 * radius, 2 * radius)
+                marker.type, marker.scale = msg.Marker.SPHERE, msg.Vector3(2 * radius, 2 * radius, 2 * radius)
             case Cylinder(radius=radius, length=length):
-                marker.type, marker.scale = Marker.CYLINDER, Vector3(2 * radius, 2 * radius, length)
+                marker.type, marker.scale = msg.Marker.CYLINDER, msg.Vector3(2 * radius, 2 * radius, length)
             case _:
                 continue  # URDF has no other primitives.
         found.append(marker)
-    return MarkerArray(found)
+    return msg.MarkerArray(found)
 
 
 class Joint:
@@ -126,7 +120,7 @@ class Link:
         """Return its name."""
         return self._name
 
-    def pose(self) -> PoseStamped:
+    def pose(self) -> msg.PoseStamped:
         """Return the current pose, in the planning frame."""
         world = self._robot.world
         return stamped(
@@ -164,7 +158,7 @@ class RobotCommander:
         """Return the frame that planning is done in: the root link."""
         return self.get_root_link()
 
-    def get_robot_markers(self, *args: Any) -> MarkerArray:
+    def get_robot_markers(self, *args: Any) -> msg.MarkerArray:
         """Return markers that display the robot.
 
         Args:
@@ -207,7 +201,7 @@ class RobotCommander:
         """Return the names of the groups."""
         return list(self.world.robot.groups)
 
-    def get_current_state(self) -> RobotState:
+    def get_current_state(self) -> msg.RobotState:
         """Return the current joint positions and the attached objects."""
         return state_message(self.world.scene, self.world.positions)
 

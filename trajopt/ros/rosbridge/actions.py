@@ -11,19 +11,8 @@ from typing import Any
 
 import msgspec
 
-from trajopt.files.messages import (
-    Generation,
-    GoalID,
-    GoalStatus,
-    GoalStatusArray,
-    Header,
-    MoveGroupResult,
-    MoveItErrorCodes,
-    Time,
-    decode,
-    encode,
-    plain_name,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import decode, encode, plain_name
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.topics import Topics
 from trajopt.ros.rosbridge.wire import Unusable
@@ -156,7 +145,7 @@ class ActionGoal:
     name: str
     server: ActionServer
     message: msgspec.Raw
-    generation: Generation
+    generation: msg.Generation
     tell: Callable[[object], None]
     cancellation: Cancellation = field(default_factory=Cancellation)
     cancelled: bool = False
@@ -176,7 +165,7 @@ class ActionGoal:
     def _ending(self, code: int | dict[str, Any]) -> GoalOutcome:
         if self.cancelled:
             return GoalOutcome.CANCELLED
-        done = code == 0 if isinstance(code, int) else code["val"] == MoveItErrorCodes.SUCCESS
+        done = code == 0 if isinstance(code, int) else code["val"] == msg.MoveItErrorCodes.SUCCESS
         return GoalOutcome.SUCCEEDED if done else GoalOutcome.ABORTED
 
     async def _driven(self, cell: Cell, operation: str, message: msgspec.Raw | bytes) -> bytes:
@@ -204,7 +193,7 @@ class ActionGoal:
             cancellation=self.cancellation,
         )
         plan = msgspec.json.decode(answer, type=_Plan).motion_plan_response
-        result = encode(MoveGroupResult(planning_time=plan.planning_time), self.generation)
+        result = encode(msg.MoveGroupResult(planning_time=plan.planning_time), self.generation)
         assert isinstance(result, dict)
         found: dict[str, Any] = {
             **result,
@@ -212,12 +201,12 @@ class ActionGoal:
             "trajectory_start": plan.trajectory_start,
             "planned_trajectory": plan.trajectory,
         }
-        if plan.error_code["val"] != MoveItErrorCodes.SUCCESS or options.plan_only or self.cancelled:
+        if plan.error_code["val"] != msg.MoveItErrorCodes.SUCCESS or options.plan_only or self.cancelled:
             return found
         driven = msgspec.json.encode({"trajectory": plan.trajectory})
         executed = msgspec.json.decode(await self._driven(cell, "moveit/execute_trajectory", driven))
         self.tell({"state": "IDLE"})
-        done = executed["error_code"]["val"] == MoveItErrorCodes.SUCCESS
+        done = executed["error_code"]["val"] == msg.MoveItErrorCodes.SUCCESS
         driven_path = plan.trajectory if done else found["executed_trajectory"]
         return {**found, "error_code": executed["error_code"], "executed_trajectory": driven_path}
 
@@ -227,7 +216,7 @@ GOALS = 8
 """Most goals of an action in progress at a time."""
 REMEMBERED = 5.0
 """Time for which the status of a finished goal is published [s], as in actionlib."""
-OLD = Generation.ROS1
+OLD = msg.Generation.ROS1
 
 
 class _Goal(msgspec.Struct):
@@ -242,7 +231,7 @@ class OldActions:
     def __init__(self, topics: Topics, cell: Cell) -> None:
         """Announce the status, feedback and result topics, and expect goals and cancellations."""
         self._topics, self._cell, self._numbers = topics, cell, count(1)
-        self._goals: dict[str, dict[str, tuple[GoalStatus, ActionGoal]]] = {name: {} for name in ACTIONS}
+        self._goals: dict[str, dict[str, tuple[msg.GoalStatus, ActionGoal]]] = {name: {} for name in ACTIONS}
         self._over: dict[str, float] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._takers: dict[str, Callable[[msgspec.Raw], None]] = {}
@@ -268,7 +257,7 @@ class OldActions:
                 del goals[name], self._over[f"{action}#{name}"]
             if self._topics.heard(f"{action}/status"):
                 statuses = [status for status, _ in goals.values()]
-                array = GoalStatusArray(Header(stamp=Time.now()), statuses)
+                array = msg.GoalStatusArray(msg.Header(stamp=msg.Time.now()), statuses)
                 self._topics.tell(f"{action}/status", encode(array, OLD))
 
     def close(self) -> None:
@@ -282,17 +271,17 @@ class OldActions:
         def take(message: msgspec.Raw) -> None:
             try:
                 whole = msgspec.json.decode(message, type=_Goal)
-                mine = decode(GoalID, msgspec.json.decode(whole.goal_id), OLD, name="goal_id")
+                mine = decode(msg.GoalID, msgspec.json.decode(whole.goal_id), OLD, name="goal_id")
             except (msgspec.MsgspecError, RecursionError) as error:
                 raise Unusable(f"no goal of {action}: {error}") from error
             except TrajoptError as error:
                 raise Unusable(str(error)) from error
             goals = self._goals[action]
             mine.id = mine.id or f"{action}-{next(self._numbers)}"
-            running = sum(status.status == GoalStatus.ACTIVE for status, _ in goals.values())
+            running = sum(status.status == msg.GoalStatus.ACTIVE for status, _ in goals.values())
             if mine.id in goals or running >= GOALS:
                 raise Unusable(f"a goal {shown(mine.id)} is known already, or {GOALS} are under way")
-            status = GoalStatus(mine, GoalStatus.ACTIVE)
+            status = msg.GoalStatus(mine, msg.GoalStatus.ACTIVE)
 
             def tell(feedback: object) -> None:
                 self._publish(f"{action}/feedback", status, "feedback", feedback)
@@ -308,30 +297,30 @@ class OldActions:
     def _cancel_taker(self, action: str) -> Callable[[msgspec.Raw], None]:
         def take(message: msgspec.Raw) -> None:
             try:
-                meant = decode(GoalID, msgspec.json.decode(message), OLD, name="cancel")
+                meant = decode(msg.GoalID, msgspec.json.decode(message), OLD, name="cancel")
             except TrajoptError as error:
                 raise Unusable(str(error)) from error
             for name, (status, goal) in self._goals[action].items():
-                if meant.id in ("", name) and status.status == GoalStatus.ACTIVE:
-                    status.status = GoalStatus.PREEMPTING
+                if meant.id in ("", name) and status.status == msg.GoalStatus.ACTIVE:
+                    status.status = msg.GoalStatus.PREEMPTING
                     goal.cancel()
 
         return take
 
-    async def _pursue(self, action: str, goal: ActionGoal, status: GoalStatus) -> None:
+    async def _pursue(self, action: str, goal: ActionGoal, status: msg.GoalStatus) -> None:
         result: dict[str, Any] = {}
         try:
             ending, result = await goal.run(self._cell)
             status.status = ending.ros1
         except TrajoptError as error:
             cancelled = goal.cancelled
-            status.status = GoalOutcome.CANCELLED.ros1 if cancelled else GoalStatus.REJECTED
+            status.status = GoalOutcome.CANCELLED.ros1 if cancelled else msg.GoalStatus.REJECTED
             status.text = str(error)
             _LOG.info("goal refused", extra={"action": action, "reason": str(error)})
         self._over[f"{action}#{goal.name}"] = time.monotonic()
         self.tell()
         self._publish(f"{action}/result", status, "result", result)
 
-    def _publish(self, topic: str, status: GoalStatus, what: str, document: object) -> None:
-        header = encode(Header(stamp=Time.now()), OLD)
+    def _publish(self, topic: str, status: msg.GoalStatus, what: str, document: object) -> None:
+        header = encode(msg.Header(stamp=msg.Time.now()), OLD)
         self._topics.tell(topic, {"header": header, "status": encode(status, OLD), what: document})

@@ -6,16 +6,8 @@ from typing import Any, Protocol
 
 import msgspec
 
-from trajopt.files.messages import (
-    Generation,
-    Header,
-    JointState,
-    PlannerInterfaceDescription,
-    QueryPlannerInterfacesResponse,
-    Time,
-    encode,
-    plain_name,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import encode, plain_name
 from trajopt.optimise.methods import METHODS
 from trajopt.ros.rosbridge.actions import ACTIONS, CLOUD, EDITS, SERVICES, OldActions
 from trajopt.ros.rosbridge.cell import Cell
@@ -50,7 +42,7 @@ class Bridge:
     def __init__(self, cell: Cell, description: RobotDescription, options: RosbridgeOptions) -> None:
         """Create a bridge without clients."""
         self.cell, self.description, self.options = cell, description, options
-        self.generation: Generation = options.distro.generation
+        self.generation: msg.Generation = options.distro.generation
         self.largest = cell.service.limits.body
         self.topics, self.offered = Topics(self.generation), OfferedServices()
         self.offered_actions = OfferedActions()
@@ -139,8 +131,8 @@ class Bridge:
             self._look.clear()
             self._actions.tell()
             if self.topics.heard("/joint_states"):
-                state = JointState(
-                    Header(stamp=Time.now()),
+                state = msg.JointState(
+                    msg.Header(stamp=msg.Time.now()),
                     list(self.cell.joint_names),
                     [float(each) for each in self.cell.session.positions],
                 )
@@ -175,8 +167,10 @@ class Bridge:
         self.topics.tell(PLANNED, shown)
 
 
-def _planners() -> QueryPlannerInterfacesResponse:
-    return QueryPlannerInterfacesResponse([PlannerInterfaceDescription(PIPELINE, PIPELINE, list(METHODS))])
+def _planners() -> msg.QueryPlannerInterfacesResponse:
+    return msg.QueryPlannerInterfacesResponse(
+        [msg.PlannerInterfaceDescription(PIPELINE, PIPELINE, list(METHODS))]
+    )
 
 
 def _seconds(timeout: float | None) -> float | None:

@@ -5,57 +5,44 @@ import pinocchio as pin
 
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError
+from trajopt.values.shapes import shapes
 from trajopt.values.shapes.clouds import centres_of
 from trajopt.values.shapes.mesh import Mesh
-from trajopt.values.shapes.shapes import (
-    Box,
-    Capsule,
-    Cone,
-    Convex,
-    Cylinder,
-    Plane,
-    Points,
-    Shape,
-    Sphere,
-    Voxels,
-    bounding_box,
-    convex,
-)
 
 THINNEST = 1e-6
 """Assumed thickness of a flat mesh [m]."""
 
 
-def uniform_inertia(shape: Shape) -> pin.Inertia:
+def uniform_inertia(shape: shapes.Shape) -> pin.Inertia:
     """Return mass, centre of mass and moments of a shape of density 1 kg/m^3, in the shape's frame.
 
     A mesh counts as its convex hull, or as its bounding box if it is flat; balls and cubes of a cloud count
     individually, also where they overlap; a half-space has no mass.
     """
     match shape:
-        case Box():
+        case shapes.Box():
             return pin.Inertia.FromBox(shape.x * shape.y * shape.z, shape.x, shape.y, shape.z)
-        case Sphere():
+        case shapes.Sphere():
             return pin.Inertia.FromSphere(4.0 / 3.0 * np.pi * shape.radius**3, shape.radius)
-        case Cylinder():
+        case shapes.Cylinder():
             volume = np.pi * shape.radius**2 * shape.length
             return pin.Inertia.FromCylinder(volume, shape.radius, shape.length)
-        case Capsule():
+        case shapes.Capsule():
             volume = np.pi * shape.radius**2 * (shape.length + 4.0 / 3.0 * shape.radius)
             return pin.Inertia.FromCapsule(volume, shape.radius, shape.length)
-        case Cone():
+        case shapes.Cone():
             return _cone(shape)
-        case Plane():
+        case shapes.Plane():
             return pin.Inertia.Zero()
-        case Convex():
+        case shapes.Convex():
             return _polyhedron(shape)
         case Mesh():
             return _hull(shape)
-        case Points() | Voxels():
+        case shapes.Points() | shapes.Voxels():
             return _cloud(shape)
 
 
-def _cone(cone: Cone) -> pin.Inertia:
+def _cone(cone: shapes.Cone) -> pin.Inertia:
     """Its centre of mass is a quarter of its height above the base."""
     volume = np.pi * cone.radius**2 * cone.length / 3.0
     across = 3.0 / 20.0 * cone.radius**2 + 3.0 / 80.0 * cone.length**2
@@ -63,7 +50,7 @@ def _cone(cone: Cone) -> pin.Inertia:
     return pin.Inertia(volume, np.array((0.0, 0.0, -cone.length / 4.0)), moments)
 
 
-def _polyhedron(solid: Convex) -> pin.Inertia:
+def _polyhedron(solid: shapes.Convex) -> pin.Inertia:
     """Add up the tetrahedra between a vertex and each face.
 
     A tetrahedron with a corner at the origin and the others at a, b, c has six times the volume
@@ -82,17 +69,19 @@ def _polyhedron(solid: Convex) -> pin.Inertia:
 
 def _hull(mesh: Mesh) -> pin.Inertia:
     try:
-        return _polyhedron(convex(mesh.vertices))
+        return _polyhedron(shapes.convex(mesh.vertices))
     except ShapeError:  # it lies in a plane
-        lower, upper = bounding_box(mesh)
+        lower, upper = shapes.bounding_box(mesh)
         edges = np.maximum(upper - lower, THINNEST)
         box = pin.Inertia.FromBox(float(np.prod(edges)), *edges.tolist())
         return pin.Inertia(box.mass, (lower + upper) / 2.0, box.inertia)
 
 
-def _cloud(cloud: Points | Voxels) -> pin.Inertia:
+def _cloud(cloud: shapes.Points | shapes.Voxels) -> pin.Inertia:
     one = uniform_inertia(
-        Sphere(cloud.radius) if isinstance(cloud, Points) else Box(cloud.size, cloud.size, cloud.size)
+        shapes.Sphere(cloud.radius)
+        if isinstance(cloud, shapes.Points)
+        else shapes.Box(cloud.size, cloud.size, cloud.size)
     )
     centres = centres_of(cloud)
     centre = centres.mean(axis=0)

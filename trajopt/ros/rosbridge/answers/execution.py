@@ -4,21 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from trajopt.driving import SimulatedExecutor
-from trajopt.files.messages import (
-    Duration,
-    ExecuteTrajectoryFeedback,
-    ExecuteTrajectoryGoal,
-    ExecuteTrajectoryResult,
-    FollowJointTrajectoryFeedback,
-    FollowJointTrajectoryGoal,
-    FollowJointTrajectoryResult,
-    JointTolerance,
-    JointTrajectory,
-    JointTrajectoryPoint,
-    MoveItErrorCodes,
-    RobotTrajectory,
-    encode,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import encode
 from trajopt.files.moveit.trajectories import trajectory_of
 from trajopt.robot.bases import PLANAR
 from trajopt.robot.loading.groups import Group
@@ -42,10 +29,10 @@ STATES = ("MONITOR", "IDLE")
 class Tolerances:
     """Joint tolerances of a followed trajectory; joints without an entry are unbounded."""
 
-    stated: Sequence[JointTolerance]
+    stated: Sequence[msg.JointTolerance]
 
     def broken(
-        self, joints: Sequence[str], desired: JointTrajectoryPoint, actual: JointTrajectoryPoint
+        self, joints: Sequence[str], desired: msg.JointTrajectoryPoint, actual: msg.JointTrajectoryPoint
     ) -> str:
         """Return an error message for the first joint out of tolerance; empty if none.
 
@@ -65,7 +52,7 @@ class Tolerances:
         return ""
 
 
-def tolerances_of(goal: FollowJointTrajectoryGoal) -> tuple[Tolerances, Tolerances]:
+def tolerances_of(goal: msg.FollowJointTrajectoryGoal) -> tuple[Tolerances, Tolerances]:
     """Return the path and goal tolerances of a goal; 0 (the controller's default) and -1 mean no bound."""
     if goal.component_path_tolerance or goal.component_goal_tolerance:
         raise ProblemError("tolerances of joints of several degrees of freedom are not supported")
@@ -82,29 +69,29 @@ class ExecutionReading:
     """State of a robot during an execution."""
 
     joints: tuple[str, ...]
-    desired: JointTrajectoryPoint
-    actual: JointTrajectoryPoint
+    desired: msg.JointTrajectoryPoint
+    actual: msg.JointTrajectoryPoint
 
 
 def execute_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Drive the session's robot along a trajectory in real time; a cancellation stops it."""
-    request = read_call(ExecuteTrajectoryGoal, arguments, watch)
+    request = read_call(msg.ExecuteTrajectoryGoal, arguments, watch)
 
     def tell(_: ExecutionReading) -> object:
-        return encode(ExecuteTrajectoryFeedback(STATES[0]), request.generation)
+        return encode(msg.ExecuteTrajectoryFeedback(STATES[0]), request.generation)
 
     try:
         code, state = driven(request.message.trajectory, state, watch, tell)
     except TrajoptError as error:
-        code = replace(code_of_error(error), val=MoveItErrorCodes.INVALID_MOTION_PLAN)
-    return request.answer(ExecuteTrajectoryResult(code), state)
+        code = replace(code_of_error(error), val=msg.MoveItErrorCodes.INVALID_MOTION_PLAN)
+    return request.answer(msg.ExecuteTrajectoryResult(code), state)
 
 
 def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Drive the session's robot along a trajectory as a controller does, with feedback."""
-    request = read_call(FollowJointTrajectoryGoal, arguments, watch)
-    goal, result, off = request.message, FollowJointTrajectoryResult, list[str]()
-    whole = RobotTrajectory(goal.trajectory, goal.multi_dof_trajectory)
+    request = read_call(msg.FollowJointTrajectoryGoal, arguments, watch)
+    goal, result, off = request.message, msg.FollowJointTrajectoryResult, list[str]()
+    whole = msg.RobotTrajectory(goal.trajectory, goal.multi_dof_trajectory)
     try:
         on_the_way, at_the_end = tolerances_of(goal)
 
@@ -122,28 +109,31 @@ def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) 
         return request.answer(result(result.INVALID_GOAL, str(error)))
     if off:
         return request.answer(result(result.PATH_TOLERANCE_VIOLATED, f"{off[0]}; {code.message}"), state)
-    if code.val == MoveItErrorCodes.SUCCESS:
+    if code.val == msg.MoveItErrorCodes.SUCCESS:
         names = goal.trajectory.joint_names
-        here = JointTrajectoryPoint([state.named_positions[name] for name in names], [0.0] * len(names))
+        here = msg.JointTrajectoryPoint([state.named_positions[name] for name in names], [0.0] * len(names))
         missed = at_the_end.broken(names, goal.trajectory.points[-1], here)
         if missed:
             return request.answer(result(result.GOAL_TOLERANCE_VIOLATED, missed), state)
-    if code.val in (MoveItErrorCodes.SUCCESS, MoveItErrorCodes.PREEMPTED):
+    if code.val in (msg.MoveItErrorCodes.SUCCESS, msg.MoveItErrorCodes.PREEMPTED):
         return request.answer(result(result.SUCCESSFUL, code.message), state)
     return request.answer(result(result.PATH_TOLERANCE_VIOLATED, code.message), state)
 
 
-def _feedback(seen: ExecutionReading) -> FollowJointTrajectoryFeedback:
+def _feedback(seen: ExecutionReading) -> msg.FollowJointTrajectoryFeedback:
     pairs = zip(seen.desired.positions, seen.actual.positions, strict=True)
-    off = JointTrajectoryPoint([wanted - is_at for wanted, is_at in pairs])
-    return FollowJointTrajectoryFeedback(
+    off = msg.JointTrajectoryPoint([wanted - is_at for wanted, is_at in pairs])
+    return msg.FollowJointTrajectoryFeedback(
         joint_names=list(seen.joints), desired=seen.desired, actual=seen.actual, error=off
     )
 
 
 def driven(
-    message: RobotTrajectory, state: SessionState, watch: Watch, tell: Callable[[ExecutionReading], object]
-) -> tuple[MoveItErrorCodes, SessionState]:
+    message: msg.RobotTrajectory,
+    state: SessionState,
+    watch: Watch,
+    tell: Callable[[ExecutionReading], object],
+) -> tuple[msg.MoveItErrorCodes, SessionState]:
     """Drive the robot of a session along a trajectory.
 
     Args:
@@ -157,7 +147,7 @@ def driven(
     group = _group_of(message.joint_trajectory, message.multi_dof_joint_trajectory.joint_names, robot)
     trajectory = trajectory_of(message, "trajectory", group, state.named_positions)
     if trajectory is None:
-        return failed(MoveItErrorCodes.INVALID_MOTION_PLAN, "the trajectory has no points"), state
+        return failed(msg.MoveItErrorCodes.INVALID_MOTION_PLAN, "the trajectory has no points"), state
     reduced = reduce_model(state.scene, group.name, state.positions)
     execution = Execution(reduced, trajectory, group.tip or "")
     refusal = execution.refusal(state.positions)
@@ -169,7 +159,7 @@ def driven(
 
     ended = drive_along(execution, state.positions, watch, look)
     if ended.reason:
-        return failed(MoveItErrorCodes.CONTROL_FAILED, ended.reason), state
+        return failed(msg.MoveItErrorCodes.CONTROL_FAILED, ended.reason), state
     outcome = execution.measured(ended.positions, ended.remark, stop=ended.stop)
     watch.tell({}, ended.positions.tolist())
     return outcome.error_code, replace(state, positions=ended.positions)
@@ -183,13 +173,13 @@ def _seen(arm: SimulatedExecutor, trajectory: Trajectory, now: float) -> Executi
     return ExecutionReading(trajectory.joint_names, desired, actual)
 
 
-def _point(positions: Floats, velocities: Floats, moment: float) -> JointTrajectoryPoint:
-    return JointTrajectoryPoint(
-        positions.tolist(), velocities.tolist(), time_from_start=Duration.from_sec(moment)
+def _point(positions: Floats, velocities: Floats, moment: float) -> msg.JointTrajectoryPoint:
+    return msg.JointTrajectoryPoint(
+        positions.tolist(), velocities.tolist(), time_from_start=msg.Duration.from_sec(moment)
     )
 
 
-def _group_of(trajectory: JointTrajectory, planar: list[str], robot: Robot) -> Group:
+def _group_of(trajectory: msg.JointTrajectory, planar: list[str], robot: Robot) -> Group:
     moved = {*trajectory.joint_names, *(f"{name}{suffix}" for name in planar for suffix in PLANAR)}
     for group in robot.groups.values():
         if moved == set(group.joints):

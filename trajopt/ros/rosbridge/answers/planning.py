@@ -6,18 +6,8 @@ from math import inf
 
 import numpy as np
 
-from trajopt.files.messages import (
-    GetCartesianPathRequest,
-    GetCartesianPathResponse,
-    GetMotionPlanRequest,
-    GetMotionPlanResponse,
-    MotionPlanRequest,
-    MotionPlanResponse,
-    MoveItErrorCodes,
-    PlanningScene,
-    decode,
-    document_of,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import decode, document_of
 from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import placement_in_world, read_frame, read_placement, reading_at
 from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
@@ -55,26 +45,26 @@ SHORTEST = 1e-3
 
 def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Plan a motion to a goal and verify it; of several attempts, keep the least duration."""
-    request = read_call(GetMotionPlanRequest, arguments, watch)
+    request = read_call(msg.GetMotionPlanRequest, arguments, watch)
     message = request.message.motion_plan_request
-    response = MotionPlanResponse(group_name=message.group_name)
+    response = msg.MotionPlanResponse(group_name=message.group_name)
     try:
         state = _different(state, arguments["difference"])
         read = request_of(document_of(message, "motion_plan_request"), state.scene, state.named_positions)
         result, spent = _planned(read, message, watch)
     except TrajoptError as error:
         response.error_code = code_of_error(error)
-        return request.answer(GetMotionPlanResponse(response))
+        return request.answer(msg.GetMotionPlanResponse(response))
     response.group_name, response.planning_time = read.group, spent
     response.trajectory_start = state_message(read.scene, read.start)
-    code = MoveItErrorCodes(CODES[result.status], result.reason, SOURCE)
+    code = msg.MoveItErrorCodes(CODES[result.status], result.reason, SOURCE)
     response.error_code = with_notes(code, _remarks(read, message))
     if result.verified:
         response.trajectory = trajectory_message(result.trajectory, state.scene.robot.links[0])
-    return request.answer(GetMotionPlanResponse(response))
+    return request.answer(msg.GetMotionPlanResponse(response))
 
 
-def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
+def _remarks(read: RequestFile, message: msg.MotionPlanRequest) -> list[str]:
     remarks = [note for note in read.notes if not note.startswith(HEEDED)]
     if message.planner_id and message.planner_id not in METHODS:
         remarks.append(f"planner {shown(message.planner_id)} is not here: trajopt has chosen")
@@ -84,8 +74,8 @@ def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
 def _different(state: SessionState, document: Node) -> SessionState:
     if document.missing:
         return state
-    message = decode(PlanningScene, document, name="planning_scene_diff")
-    if message == PlanningScene():
+    message = decode(msg.PlanningScene, document, name="planning_scene_diff")
+    if message == msg.PlanningScene():
         return state
     if not message.is_diff:
         raise document.error("planning_scene_diff: is not a difference (is_diff)")
@@ -96,7 +86,7 @@ def _different(state: SessionState, document: Node) -> SessionState:
     )
 
 
-def _planned(read: RequestFile, message: MotionPlanRequest, watch: Watch) -> tuple[Result, float]:
+def _planned(read: RequestFile, message: msg.MotionPlanRequest, watch: Watch) -> tuple[Result, float]:
     problem = replace(read.problem(), name=read.group)
     method = method_named(message.planner_id) if message.planner_id in METHODS else None
     until = time.monotonic() + min(read.allowed_planning_time or inf, watch.seconds_left - ANSWERING)
@@ -128,17 +118,17 @@ def _duration(result: Result) -> float:
 
 def compute_cartesian_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Follow straight lines with a link as far as possible; a partial path is also a success."""
-    request = read_call(GetCartesianPathRequest, arguments, watch)
+    request = read_call(msg.GetCartesianPathRequest, arguments, watch)
     try:
         response = _followed(request.message, state, watch)
     except TrajoptError as error:
-        response = GetCartesianPathResponse(error_code=code_of_error(error))
+        response = msg.GetCartesianPathResponse(error_code=code_of_error(error))
     return request.answer(response)
 
 
 def _followed(
-    request: GetCartesianPathRequest, state: SessionState, watch: Watch
-) -> GetCartesianPathResponse:
+    request: msg.GetCartesianPathRequest, state: SessionState, watch: Watch
+) -> msg.GetCartesianPathResponse:
     robot = state.scene.robot
     if request.group_name not in robot.groups:
         raise GroupNotFound("group", request.group_name, robot.groups)
@@ -149,7 +139,7 @@ def _followed(
     known = (*scene.frame_names, *scene.objects)
     if link not in known:
         raise FrameNotFound("link", link, known)
-    response = GetCartesianPathResponse(state_message(stated.scene, start))
+    response = msg.GetCartesianPathResponse(state_message(stated.scene, start))
     frame = placement_in_world(read_frame(document["header"], scene, reading), scene, reading)
     limited = request.cartesian_speed_limited_link or request.cartesian_speed_end_effector_link or link
     speed = request.max_cartesian_speed

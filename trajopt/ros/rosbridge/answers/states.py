@@ -5,29 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from trajopt.files.messages import (
-    ApplyPlanningSceneRequest,
-    ApplyPlanningSceneResponse,
-    AttachedCollisionObject,
-    CollisionObject,
-    ConstraintEvalResult,
-    ContactInformation,
-    GetPlanningSceneRequest,
-    GetPlanningSceneResponse,
-    GetPositionFKRequest,
-    GetPositionFKResponse,
-    GetPositionIKRequest,
-    GetPositionIKResponse,
-    GetStateValidityRequest,
-    GetStateValidityResponse,
-    Header,
-    MoveItErrorCodes,
-    PointCloud2,
-    PointField,
-    PoseStamped,
-    PositionIKRequest,
-    document_of,
-)
+from trajopt.files import messages as msg
+from trajopt.files.messages import document_of
 from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import placement_in_world, pose_of, read_frame, read_placement, reading_at
 from trajopt.files.moveit.objects import apply_attached
@@ -56,20 +35,20 @@ from trajopt.values.errors import FileFormatError, FrameNotFound, GroupNotFound,
 
 def compute_fk(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Return the poses of links in a state, in the frame of the request's header."""
-    request = read_call(GetPositionFKRequest, arguments, watch)
+    request = read_call(msg.GetPositionFKRequest, arguments, watch)
     try:
         response = _placed(request.message, state)
     except TrajoptError as error:
-        response = GetPositionFKResponse(error_code=code_of_error(error))
+        response = msg.GetPositionFKResponse(error_code=code_of_error(error))
     return request.answer(response)
 
 
-def _placed(request: GetPositionFKRequest, state: SessionState) -> GetPositionFKResponse:
+def _placed(request: msg.GetPositionFKRequest, state: SessionState) -> msg.GetPositionFKResponse:
     stated, names = stated_in(request.robot_state, state, "robot_state"), request.fk_link_names
     scene, reading = stated.scene, stated.reading
     if not names:
-        return GetPositionFKResponse(
-            error_code=failed(MoveItErrorCodes.INVALID_LINK_NAME, "fk_link_names names no link")
+        return msg.GetPositionFKResponse(
+            error_code=failed(msg.MoveItErrorCodes.INVALID_LINK_NAME, "fk_link_names names no link")
         )
     known = (*scene.frame_names, *scene.objects)
     for name in names:
@@ -77,22 +56,24 @@ def _placed(request: GetPositionFKRequest, state: SessionState) -> GetPositionFK
             raise FrameNotFound("link", name, known)
     frame = read_frame(document_of(request, "args")["header"], scene, reading)
     back = placement_in_world(frame, scene, reading).inverse()
-    header = Header(frame_id=request.header.frame_id or scene.robot.links[0])
-    poses = [PoseStamped(header, pose_of(back * placement_in_world(name, scene, reading))) for name in names]
-    return GetPositionFKResponse(poses, list(names), with_notes(success(), reading.notes))
+    header = msg.Header(frame_id=request.header.frame_id or scene.robot.links[0])
+    poses = [
+        msg.PoseStamped(header, pose_of(back * placement_in_world(name, scene, reading))) for name in names
+    ]
+    return msg.GetPositionFKResponse(poses, list(names), with_notes(success(), reading.notes))
 
 
 def compute_ik(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Return the state nearest to a given one with links at given poses."""
-    request = read_call(GetPositionIKRequest, arguments, watch)
+    request = read_call(msg.GetPositionIKRequest, arguments, watch)
     try:
         response = _searched(request.message.ik_request, state)
     except TrajoptError as error:
-        response = GetPositionIKResponse(error_code=code_of_error(error))
+        response = msg.GetPositionIKResponse(error_code=code_of_error(error))
     return request.answer(response)
 
 
-def _searched(request: PositionIKRequest, state: SessionState) -> GetPositionIKResponse:
+def _searched(request: msg.PositionIKRequest, state: SessionState) -> msg.GetPositionIKResponse:
     robot, stated = state.scene.robot, stated_in(request.robot_state, state, "robot_state")
     near, reading = stated.positions, stated.reading
     if request.group_name not in robot.groups:
@@ -113,10 +94,12 @@ def _searched(request: PositionIKRequest, state: SessionState) -> GetPositionIKR
     more, scene = read_constraints(document["constraints"], scene, reading)
     found = inverse_kinematics(reduce_model(scene, group.name, near), [*wanted, *more])
     if not found.free:
-        return GetPositionIKResponse(error_code=failed(MoveItErrorCodes.NO_IK_SOLUTION, found.explain()))
+        return msg.GetPositionIKResponse(
+            error_code=failed(msg.MoveItErrorCodes.NO_IK_SOLUTION, found.explain())
+        )
     reduced = reduce_model(scene, group.name, near)
     solution = state_message(stated.scene, reduced.all_positions(found.free[0]))
-    return GetPositionIKResponse(solution, with_notes(success(), reading.notes))
+    return msg.GetPositionIKResponse(solution, with_notes(success(), reading.notes))
 
 
 def _known(link: str, scene: Scene) -> str:
@@ -135,7 +118,7 @@ def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> 
     Raises:
         NameNotFound: If a name is unknown; the service has no error code for it.
     """
-    request = read_call(GetStateValidityRequest, arguments, watch)
+    request = read_call(msg.GetStateValidityRequest, arguments, watch)
     message, robot = request.message, state.scene.robot
     if message.group_name and message.group_name not in robot.groups:
         raise GroupNotFound("group", message.group_name, robot.groups)
@@ -148,8 +131,8 @@ def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> 
         here = positions[robot.index(reduced.joint_names)]
         judged.append(validity(reduced, here, requirements=constraints))
     contacts = {
-        frozenset((pair.first, pair.second)): ContactInformation(
-            header=Header(frame_id=robot.links[0]),
+        frozenset((pair.first, pair.second)): msg.ContactInformation(
+            header=msg.Header(frame_id=robot.links[0]),
             depth=max(-pair.distance, 0.0),
             contact_body_1=pair.first,
             body_type_1=_kind(pair.first, scene),
@@ -160,22 +143,22 @@ def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> 
         for pair in each.examination.collisions
     }
     results = [
-        ConstraintEvalResult(check.holds, max(-(check.slack or 0.0), 0.0)) for check in judged[0].checks
+        msg.ConstraintEvalResult(check.holds, max(-(check.slack or 0.0), 0.0)) for check in judged[0].checks
     ]
     valid = all(each.valid for each in judged)
-    return request.answer(GetStateValidityResponse(valid, list(contacts.values()), [], results))
+    return request.answer(msg.GetStateValidityResponse(valid, list(contacts.values()), [], results))
 
 
 def _kind(name: str, scene: Scene) -> int:
     if name not in scene.objects:
-        return ContactInformation.ROBOT_LINK
+        return msg.ContactInformation.ROBOT_LINK
     carried = scene.holder(name).link in scene.robot.links
-    return ContactInformation.ROBOT_ATTACHED if carried else ContactInformation.WORLD_OBJECT
+    return msg.ContactInformation.ROBOT_ATTACHED if carried else msg.ContactInformation.WORLD_OBJECT
 
 
 ALL = 2**32 - 1
 """All components, the default of MoveIt's requests."""
-NUMBERS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
+NUMBERS = {msg.PointField.FLOAT32: "f4", msg.PointField.FLOAT64: "f8"}
 """Numeric types of coordinates."""
 OF_SENSORS = "cloud"
 """Prefix of the names of point cloud objects, followed by the sensor's frame."""
@@ -183,25 +166,27 @@ OF_SENSORS = "cloud"
 
 def get_planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Return the requested components of the scene."""
-    request = read_call(GetPlanningSceneRequest, arguments, watch)
+    request = read_call(msg.GetPlanningSceneRequest, arguments, watch)
     components = request.message.components.components or ALL
-    return request.answer(GetPlanningSceneResponse(scene_message(state.scene, state.positions, components)))
+    return request.answer(
+        msg.GetPlanningSceneResponse(scene_message(state.scene, state.positions, components))
+    )
 
 
 def apply_planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Replace the scene, or apply a difference; the robot takes the message's positions."""
-    request = read_call(ApplyPlanningSceneRequest, arguments, watch)
+    request = read_call(msg.ApplyPlanningSceneRequest, arguments, watch)
     message = request.message.scene
     positions = positions_in(message.robot_state, state, "scene.robot_state")
     document = document_of(message, "scene")
     scene = edit_scene(document, state.scene, reading_at(state.scene, positions))
     changed = replace(state, scene=scene, positions=positions)
-    return request.answer(ApplyPlanningSceneResponse(success=True), changed)
+    return request.answer(msg.ApplyPlanningSceneResponse(success=True), changed)
 
 
 def edit_collision_object(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Apply a collision object message from a topic."""
-    request = read_call(CollisionObject, arguments, watch)
+    request = read_call(msg.CollisionObject, arguments, watch)
     document = document_of(request.message, "collision object")
     scene = edit_object(document, state.scene, reading_at(state.scene, state.positions))
     return Answer({}, replace(state, scene=scene))
@@ -209,7 +194,7 @@ def edit_collision_object(state: SessionState, arguments: Node, watch: Watch) ->
 
 def edit_attached_object(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Apply an attached collision object message from a topic."""
-    request = read_call(AttachedCollisionObject, arguments, watch)
+    request = read_call(msg.AttachedCollisionObject, arguments, watch)
     document = document_of(request.message, "attached object")
     scene = apply_attached(document, state.scene, reading_at(state.scene, state.positions))
     return Answer({}, replace(state, scene=scene))
@@ -221,7 +206,7 @@ def point_cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     The object's name contains the sensor's frame. A message older than the newest is ignored; stamp 0 means
     no stamp.
     """
-    message = read_call(PointCloud2, arguments, watch).message
+    message = read_call(msg.PointCloud2, arguments, watch).message
     if message.width * message.height > watch.cloud:
         raise RequestRefused(
             Why.TOO_LARGE, f"a cloud has {watch.cloud} points at most, not {message.width * message.height}"
@@ -236,7 +221,7 @@ def point_cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     return Answer({}, replace(state, scene=scene, stamps={**state.stamps, name: stamp}))
 
 
-def points_of(message: PointCloud2) -> Floats:
+def points_of(message: msg.PointCloud2) -> Floats:
     """Return the points of a message, shape (n, 3) [m]; unmeasured points are not finite."""
     width, height, step, row = message.width, message.height, message.point_step, message.row_step
     fields = {each.name: each for each in message.fields}

@@ -2,18 +2,7 @@
 
 from collections.abc import Sequence
 
-from trajopt.files.messages import (
-    BoundingVolume,
-    Constraints,
-    Header,
-    JointConstraint,
-    OrientationConstraint,
-    Point,
-    Pose,
-    PositionConstraint,
-    Quaternion,
-    SolidPrimitive,
-)
+from trajopt.files import messages as msg
 from trajopt.ros.commander.moveit.core.robot_model import JointModelGroup
 from trajopt.ros.commander.moveit.core.robot_state import RobotState
 from trajopt.server.move_group.outcome import MoveItCommanderException
@@ -21,12 +10,12 @@ from trajopt.server.move_group.outcome import MoveItCommanderException
 
 def construct_joint_constraint(
     robot_state: RobotState, joint_model_group: JointModelGroup, tolerance: float = 0.01
-) -> Constraints:
+) -> msg.Constraints:
     """Return constraints on a group's joints: their positions in a state, within a tolerance [rad | m]."""
     names = joint_model_group.active_joint_model_names
     values = robot_state.joint_positions
-    held = [JointConstraint(name, values[name], tolerance, tolerance, 1.0) for name in names]
-    return Constraints(joint_constraints=held)
+    held = [msg.JointConstraint(name, values[name], tolerance, tolerance, 1.0) for name in names]
+    return msg.Constraints(joint_constraints=held)
 
 
 def construct_link_constraint(
@@ -36,7 +25,7 @@ def construct_link_constraint(
     cartesian_position_tolerance: float | None = None,
     orientation: Sequence[float] | None = None,
     orientation_tolerance: float | None = None,
-) -> Constraints:
+) -> msg.Constraints:
     """Construct constraints on the pose of a link.
 
     Args:
@@ -51,19 +40,20 @@ def construct_link_constraint(
     """
     if cartesian_position is None and orientation is None:
         raise MoveItCommanderException("construct_link_constraint: give a position, an orientation or both")
-    made, header = Constraints(), Header(frame_id=source_frame)
+    made, header = msg.Constraints(), msg.Header(frame_id=source_frame)
     if cartesian_position is not None:
         radius = _stated("cartesian_position_tolerance", cartesian_position_tolerance)
-        region = BoundingVolume(
-            [SolidPrimitive(SolidPrimitive.SPHERE, [radius])], [Pose(Point(*cartesian_position))]
+        region = msg.BoundingVolume(
+            [msg.SolidPrimitive(msg.SolidPrimitive.SPHERE, [radius])],
+            [msg.Pose(msg.Point(*cartesian_position))],
         )
-        held = PositionConstraint(header, link_name, constraint_region=region, weight=1.0)
+        held = msg.PositionConstraint(header, link_name, constraint_region=region, weight=1.0)
         made.position_constraints.append(held)
     if orientation is not None:
         angle = _stated("orientation_tolerance", orientation_tolerance)
-        turned = Quaternion(*orientation)
+        turned = msg.Quaternion(*orientation)
         made.orientation_constraints.append(
-            OrientationConstraint(header, turned, link_name, angle, angle, angle, weight=1.0)
+            msg.OrientationConstraint(header, turned, link_name, angle, angle, angle, weight=1.0)
         )
     return made
 
