@@ -52,7 +52,7 @@ class MovingBase:
     """A moving base, for `load` and `Robot.from_urdf`; made by `planar_base` and `rail`.
 
     Attributes:
-        joints: Its joints, from the world to the robot.
+        joints: From the world to the robot.
         name: Prefix of their names; empty for the name of the joint that they replace.
         groups: Groups that move it, in addition to those of the SRDF.
         drift: Largest deviation of a rolling base from the planned motion [m].
@@ -116,15 +116,12 @@ def planar_base(
     """Make a base that moves in the plane: joints `NAME/x` and `NAME/y` [m], then `NAME/theta` [rad].
 
     They replace a planar or floating joint of the SRDF (`virtual_joint`) or of the URDF, and belong to its
-    groups. Without such a joint they carry the whole robot.
+    groups. Without such a joint they carry the whole robot. The speeds of x and y are limited separately, as
+    in MoveIt; `tool_speed` on a link of the base limits the speed itself.
 
-    The speeds of x and y are limited separately, as in MoveIt: along a diagonal the base may be faster by the
-    square root of 2. `tool_speed` on a link of the base limits the speed itself.
-
-    A base of `Drive.DIFFERENTIAL` cannot move sideways: the centre between its wheels, the origin of its
-    link, moves along the link's x axis only. The judge proves that wheels driven at the planned forward speed
-    and yaw rate, without feedback, would deviate from the planned motion by at most `drift` at any time.
-    Bodies are judged at their planned places.
+    A base of `Drive.DIFFERENTIAL` cannot move sideways: the origin of its link moves along the link's x axis
+    only. The judge proves that wheels driven at the planned forward speed and yaw rate, without feedback,
+    would deviate from the planned motion by at most `drift`. Bodies are judged at their planned places.
 
     Args:
         lower: Least x and y, shape (2,) [m].

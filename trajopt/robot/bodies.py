@@ -29,17 +29,16 @@ _KEPT = ("vertices", "faces", "ends", "note", "centre", "coarse")
 @checked
 @dataclass(frozen=True)
 class MeshPolicy:
-    """How a collision mesh is represented.
+    """Representation of a collision mesh.
 
     Attributes:
         exact: Whether to keep the triangles (slower, and without penetration depth) instead of convex pieces
-            that contain them. The inside of closed parts counts as contact; cavities whose faces point into
-            them are not solid, and open parts have no inside.
+            that contain them. The inside of closed parts counts as contact; open parts have no inside.
         hull_excess: A mesh becomes its convex hull if that adds at most this share of volume
             and protrudes by at most twice the tolerance.
-        tolerance: A mesh is cut until its pieces protrude by at most this [m], a fifth more at
-            most, at thousands of test points, and by half as much again anywhere between them; if
-            the allowed work is exceeded, the note contains the protrusion.
+        tolerance: A mesh is cut until its pieces protrude by at most this [m], a fifth more at test points,
+            and by half as much again between them; if the allowed work is exceeded, the note contains the
+            protrusion.
     """
 
     exact: bool = False
@@ -87,8 +86,6 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
 
 def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy) -> Cover:
     """Return the shapes that represent a mesh file, from the cache folder if they were computed before.
-
-    In that case the file is not parsed again.
 
     Args:
         scale: Factors along x, y, z, as in a URDF.
@@ -146,11 +143,10 @@ class ConvexCover:
     Attributes:
         pieces: Extreme points of each piece, frame of the mesh, shape (k, 3) [m], read-only.
         method: Whether the only piece is the mesh's hull, or the mesh was cut.
-        excess: Volume that the hull adds, as a share of the mesh's (the union of its closed
-            parts, with inaccessible cavities); infinite if the mesh bounds no volume, and
-            None if not computed, as the hull is within the tolerance.
-        reach: Upper bound on the protrusion of pieces [m], found by subdividing
-            their faces until it is below the tolerance or nearly attained.
+        excess: Volume that the hull adds, as a share of the mesh's (the union of its closed parts, with
+            inaccessible cavities); infinite if the mesh bounds no volume, None if the hull is within the
+            tolerance.
+        reach: Upper bound on the protrusion of pieces [m].
     """
 
     pieces: tuple[Floats, ...]
@@ -166,27 +162,20 @@ class ConvexCover:
 def convex_pieces(
     mesh: Mesh, *, hull_excess: float = 0.05, tolerance: float = 0.01, max_pieces: int = 64
 ) -> ConvexCover:
-    """Cover the surface of a mesh by convex pieces.
+    """Cover the surface of a mesh by convex pieces, cached in $TRAJOPT_CACHE_DIR or the user's cache folder.
 
     The mesh becomes its hull if that protrudes by at most `tolerance`, or adds at most `hull_excess` of
     volume and protrudes by at most twice the tolerance. Otherwise it is cut until no piece protrudes farther
-    than `tolerance`, a fifth more at most, at test points of the hull, nor by half as much again between
-    them, unless `max_pieces` or the allowed work is exceeded; the work is counted, not timed, and takes about
-    a second of one processor. In that case pieces protrude farther, by at most `reach`. So a distance to the
-    pieces is at most the true one, and smaller by at most `reach`. Pieces may fill places that a ball of
-    radius `tolerance` cannot enter from outside: narrow holes and closed cavities. An open mesh is a thin
-    sheet, not a solid.
-
-    Covers are cached on disk, in $TRAJOPT_CACHE_DIR or the user's cache folder.
+    than `tolerance`, a fifth more at test points of the hull, nor by half as much again between them, unless
+    `max_pieces` or the allowed work is exceeded; the work is counted, not timed. So a distance to the pieces
+    is at most the true one, and smaller by at most `reach`. Pieces may fill places that a ball of radius
+    `tolerance` cannot enter from outside. An open mesh is a thin sheet.
 
     Args:
         mesh: Closed or open, of one or many parts, which may overlap.
         hull_excess: Share of the mesh's volume that its hull may add.
         tolerance: Largest protrusion of pieces [m].
         max_pieces: Largest number of pieces before merging.
-
-    Returns:
-        The pieces. They contain the surface for all options.
     """
     if not len(mesh.faces):
         raise ShapeError("mesh", "has no face, so there is nothing to cover")
@@ -246,8 +235,7 @@ _LOG = logging.getLogger("trajopt.robot")
 class CoverProgress:
     """Reports the number of covered meshes after a second of wall time, then every two seconds.
 
-    The lines go to the logger "trajopt.robot" as warnings, which Python prints on standard error unless
-    logging is configured: they explain that the first load is slow and later ones are not.
+    The lines go to the logger "trajopt.robot" as warnings: the first load is slow, later ones are not.
     """
 
     total: int
@@ -278,8 +266,8 @@ class CollisionBody(Value):
         owner: The link or scene object that it is part of.
         frame: Link it moves with, or "world".
         placement: Of the shape in that frame.
-        centre: Point about which it is scaled, in its own frame, shape (3,) [m]; for a mesh and its cover
-            the mean of the mesh's vertices.
+        centre: Point about which it is scaled, in its own frame, shape (3,) [m]; of a mesh the mean of its
+            vertices.
         scale: Factor on its size.
     """
 

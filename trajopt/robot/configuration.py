@@ -38,11 +38,11 @@ def stated_configuration(
 ) -> Floats:
     """Return the positions of all joints in a configuration, shape (number of joints,) [rad | m].
 
-    Joints that are not named are at the position nearest to zero inside their limits. Numbers for all
-    joints are in the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
+    Joints that are not named are at the position nearest to zero inside their limits. Numbers for all joints
+    are in the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
 
     Args:
-        name: The name of the argument, for errors.
+        name: Of the argument, for errors.
         group: The group whose states are preferred and whose joints an array may be for. If empty, an array
             may be for any group, provided that all groups with that number of joints have the same joints.
         degrees: Whether positions of revolute joints by name or in an array are in degrees; states and
@@ -108,7 +108,6 @@ def _in_state(robot: Robot, group: str, name: str) -> Floats:
 
 
 def _missing(robot: Robot, group: str, count: int) -> str:
-    """Name the joints without a number, as far as the length of the array shows."""
     joints = robot.joint_names
     own = f" group {group} has {len(robot.group(group).joints)} joints," if group else ""
     words = f"has {count} numbers,{own} and the robot has {len(joints)} joints"

@@ -95,7 +95,6 @@ class LimitKind(Enum):
 
 
 PER_SECOND = {LimitKind.VELOCITY: "/s", LimitKind.ACCELERATION: "/s^2", LimitKind.JERK: "/s^3"}
-"""Suffix of a unit for a rate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,15 +157,7 @@ class JointLimits(Value):
 
 
 def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator) -> Floats:
-    """Draw positions uniformly within limits; joints without limits within half a turn of zero.
-
-    Args:
-        limits: Of n joints.
-        count: Number of configurations.
-
-    Returns:
-        Shape (count, n) [rad | m].
-    """
+    """Draw positions within limits, shape (count, n) [rad | m]; unlimited joints within half a turn."""
     lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
     upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
     return rng.uniform(lower, upper, (count, len(lower)))

@@ -132,7 +132,6 @@ def _limited(robot: Robot, scaling: float, limit_jerk: bool) -> Robot:
 
 
 def _description(name: str, installed: Iterable[str]) -> tuple[Path, tuple[Path, ...]]:
-    """Return the URDF of a robot of `robot_descriptions`, and the folders of its meshes."""
     package = find_spec(_PACKAGE)
     if package is None:
         raise MissingExtra(_PACKAGE, "descriptions")
@@ -172,13 +171,8 @@ class ConfigFolder:
 def read_config_folder(folder: Path, package_dirs: Sequence[Path] = ()) -> ConfigFolder:
     """Find the files of a robot in the folder of its MoveIt configuration, or of its description.
 
-    The URDF is the one named by `.setup_assistant`, which MoveIt's setup assistant writes, in its package;
-    packages are found as for meshes. Without that file it is the only one in the folder or in its `urdf`,
-    `robots` or `config`.
-
-    Args:
-        folder: The folder, such as `fanuc_moveit_config`.
-        package_dirs: Folders of packages, or with packages in them.
+    The URDF is the one named by `.setup_assistant`, in its package; without that file it is the only one in
+    the folder or in its `urdf`, `robots` or `config`.
     """
     noted = folder / ASSISTANT
     stated = _stated(noted) if noted.is_file() else {}
@@ -220,7 +214,6 @@ def _only_urdf(folder: Path) -> Path:
 
 
 def _only(folder: Path, inside: Sequence[str], endings: tuple[str, ...]) -> Path | None:
-    """Return the only file with one of the suffixes in the first folder that has any, or None."""
     for name in inside:
         files = sorted(each for each in (folder / name).glob("*") if each.name.endswith(endings))
         if len(files) > 1:

@@ -133,21 +133,19 @@ class LoadOptions:
 class Robot(Value):
     """A robot as described by its files; immutable.
 
-    A joint has one number: its angle [rad] or travel [m]; continuous joints count whole turns.
-    Positions of all joints are arrays in the order of `joint_names`.
+    A joint has one number: its angle [rad] or travel [m]; continuous joints count whole turns. Positions of
+    all joints are arrays in the order of `joint_names`.
 
     Attributes:
-        name: The robot's name.
         model: Pinocchio's model of all joints; never changed.
-        joint_names: Names of all movable joints, mimic and passive joints included.
-        limits: Limits of all movable joints.
+        joint_names: All movable joints, mimic and passive joints included.
+        limits: Of all movable joints.
         groups: Planning groups by name.
         states: Named joint positions by (group, state).
         passive_joints: Joints without a drive.
         disabled_pairs: Link pairs never checked for collision.
         mimics: Mimic joints, each with the joint at the head of its chain.
         frames: Tool frames by name, in addition to the links.
-        bodies: Collision bodies of all links.
         visuals: Visual elements of all links, for viewers.
         mesh_notes: A note on the cover of each link's mesh (hull, convex pieces, exact mesh).
         notes: Sentences on skipped or reinterpreted parts of the files.
@@ -273,7 +271,7 @@ class Robot(Value):
         Free joints are fixed at their position. `notes` lists the skipped parts.
 
         Args:
-            file: The file; its suffix may be ".xml".
+            file: Its suffix may be ".xml".
             srdf: As for `from_urdf`, in addition to the file's content.
             limits: As for `from_urdf`; MJCF has no velocity limits.
             frames: As for `from_urdf`.
@@ -375,15 +373,11 @@ class Robot(Value):
         )
 
     def followed(self, positions: Floats, *, checked: Iterable[str] = ()) -> Floats:
-        """Return positions with each mimic joint at its implied position.
+        """Return positions (number of joints,), read-only, with mimic joints at their implied positions.
 
         Args:
-            positions: Of all joints, shape (number of joints,) [rad | m].
             checked: Mimic joints whose given position must equal the implied one, up to the error of a
                 sensor.
-
-        Returns:
-            Positions, shape (number of joints,), read-only.
 
         Raises:
             MimicContradiction: If one of those differs.
@@ -511,7 +505,6 @@ def _assembled(
     base: RobotBase,
     options: LoadOptions,
 ) -> Robot:
-    """Assemble a robot from its descriptions, and check their names against each other."""
     links = link_names(model)
     named = semantics_of(model, semantics, description.mimics)
     motorless = frozenset((*description.mimics, *semantics.passive_joints, *base.joints))
@@ -558,20 +551,15 @@ def _ghost_notes(description: Urdf) -> tuple[str, ...]:
 
 
 DEFAULT_RISE = 0.1
-"""Rise time of accelerations that determines a chosen jerk limit [s]: one period of a 10 Hz oscillation. Arms
-oscillate at 5 to 20 Hz, and an acceleration that rises over a whole period excites no residual vibration.
+"""Rise time of accelerations that determines a chosen jerk limit [s]: one period of a 10 Hz oscillation,
+as arms have.
 """
 
 
 def torque_scaled(
     limits: JointLimits, scaling: float, joints: Iterable[str] | None
 ) -> tuple[JointLimits, str]:
-    """Return limits with scaled torque, and a sentence about it.
-
-    Args:
-        scaling: The factor; inf turns limits off.
-        joints: The affected joints; all if None.
-    """
+    """Return limits with scaled torque (inf turns them off), and a sentence about it."""
     factor = number("scaling", scaling, infinite=True)
     if factor <= 0.0:
         raise ShapeError("scaling", f"is a positive factor, or inf for no limit; is {factor:g}")
@@ -590,8 +578,7 @@ def jerk_limited(
     Args:
         rise: Least time in which an acceleration reaches its limit [s]. If None, `DEFAULT_RISE` for
             joints without a jerk limit; the others keep theirs.
-        joints: The affected joints; all if None. Joints without an acceleration limit, which mimic
-            others, get no jerk limit either.
+        joints: All if None. Joints without an acceleration limit get no jerk limit.
         units: "rad" or "m" of each joint.
     """
     if rise is not None and number("rise", rise) <= 0.0:

@@ -39,14 +39,9 @@ def largest_gravity_torques(reduced: ReducedModel) -> Floats:
 
     The bodies carried by joint j have the first moment d_j = sum m c about its origin; the gravity torque is
     the component of d_j x g along its axis. From the tip to the base, the set of all d_j is enclosed by a
-    cylinder around the axis (a turn changes neither the axial component of a moment nor its distance from the
-    axis) and by a ball; from the base to the tip, the angle between axis and gravity by an interval. Position
-    limits of revolute joints are ignored: most of them allow nearly a whole turn.
-
-    Attached objects count. A joint also bears the torques of the joints that mimic it.
-
-    Args:
-        reduced: The robot with its attached objects.
+    cylinder around the axis and by a ball; from the base to the tip, the angle between axis and gravity by an
+    interval. Position limits of revolute joints are ignored. Attached objects count. A joint also bears the
+    torques of the joints that mimic it.
     """
     return _derived(reduced, _largest_torques)
 
@@ -69,16 +64,10 @@ def _derived(reduced: ReducedModel, build: Callable[[ReducedModel], Floats]) -> 
 
 
 def largest_gravity_slopes(reduced: ReducedModel) -> Floats:
-    """Bound the derivative of the holding torque with respect to each joint, over all configurations.
+    """Bound the derivatives of the holding torque of each joint (rows) by the position of each, shape (n, n).
 
     Revolute joints i and j, j further out, change each other's torque by at most |d_j x g|; a prismatic joint
     j and the revolute joints before it by the weight that j carries.
-
-    Args:
-        reduced: The robot with its attached objects.
-
-    Returns:
-        Derivatives of the torque of each joint (rows) by the position of each, shape (n, n).
     """
     return _derived(reduced, _largest_slopes)
 
@@ -132,7 +121,6 @@ class _Enclosed:
 
 
 def _axes(model: pin.Model) -> tuple[list[Floats], list[bool]]:
-    """Return each joint's axis in its own frame, and whether it is prismatic; the world's first."""
     axes, slides = [np.zeros(3)], [False]
     neutral = pin.neutral(model)
     for joint in model.joints[1:]:
@@ -184,7 +172,6 @@ def _slide_ranges(reduced: ReducedModel) -> Floats:
 
 
 def _moments(model: pin.Model, joint: int, axes: list[Floats], outer: dict[int, _Moments]) -> _Moments:
-    """Enclose the moments of a joint by those of its own link and of its child joints."""
     axis, link = axes[joint], model.inertias[joint]
     mass = float(link.mass)
     fixed = mass * np.array(link.lever)
@@ -212,7 +199,6 @@ def _moments(model: pin.Model, joint: int, axes: list[Floats], outer: dict[int, 
 
 
 def _slid(moments: _Moments, low: float, high: float) -> _Moments:
-    """Return the moments about the mounting of a sliding joint, over its range [m]."""
     least, most = moments.low + moments.mass * low, moments.high + moments.mass * high
     norm = float(np.hypot(moments.radius, max(abs(least), abs(most))))
     return _Moments(moments.mass, least, most, moments.radius, norm)
@@ -221,10 +207,9 @@ def _slid(moments: _Moments, low: float, high: float) -> _Moments:
 def largest_deviation(reduced: ReducedModel, errors: Floats) -> float:
     """Bound the displacement of any point of the robot and its attached objects, in any configuration [m].
 
-    A joint that turns by an angle moves a point by at most the angle times the point's distance from the
-    joint, which is at most the sum of the distances between consecutive joints. Errors of several joints add
-    up. The result also bounds the approach of two bodies; for these only the joints between them count, and
-    for two arms the joints of both.
+    A joint that turns by an angle moves a point by at most the angle times its distance, at most the sum of
+    the distances between consecutive joints. Errors of several joints add up. The result also bounds the
+    approach of two bodies.
 
     Args:
         errors: Largest error of each joint of the group, shape (n,) [rad | m].

@@ -50,7 +50,6 @@ def end_link(robot: Robot, group: str) -> str:
 
 
 def _ends(robot: Robot, group: str) -> tuple[str, ...]:
-    """Return the last links of a group: of its listed links, or else of those that its joints move."""
     own = robot.group(group)
     links = own.links or tuple(link for link in robot.links if joint_above(robot.model, link) in own.joints)
     above = {link_above(robot.model, link) for link in links}
@@ -59,7 +58,6 @@ def _ends(robot: Robot, group: str) -> tuple[str, ...]:
 
 
 def _tools(scene: Scene, group: str) -> list[str]:
-    """Return the frames that a placement may refer to, those of the scene first."""
     robot, own, ends = scene.robot, scene.robot.group(group), _ends(scene.robot, group)
     effectors = (item.parent_link for item in robot.end_effectors.values() if item.parent_group == group)
     tips = [own.tip] if own.tip is not None else list(dict.fromkeys(effectors))

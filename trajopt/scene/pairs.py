@@ -1,7 +1,6 @@
 """Pairs of bodies that must keep apart; their number grows linearly with the objects.
 
-Only links and attached objects are paired with everything. Two objects that rest or move in the world
-independently of the robot are not checked against each other.
+Only links and attached objects are paired with everything, never two objects of the world.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -139,7 +138,6 @@ class _Owners:
     def allowances(
         self, allowances: tuple[ContactAllowance, ...], first: Ints, second: Ints
     ) -> tuple[tuple[int, ContactAllowance], ...]:
-        """Return the allowances of pairs of owners, shape (p,) both, each with the index of its pair."""
         found: list[tuple[int, ContactAllowance]] = []
         for item in allowances:
             a, b = self._index.get(item.a, -1), self._index.get(item.b, -1)
@@ -184,13 +182,9 @@ class _Owners:
 def collision_model_of(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     """Fix a scene's bodies to the joints of its reduced robot.
 
-    Dynamic obstacles are included only if the robot has joints that are driven by time.
-
-    The last results are cached for each scene. An edited scene shares the bodies of all unchanged objects
-    with its predecessor, and the pairs if the edit does not affect them.
-
-    Args:
-        robot: The scene's robot with one group's joints free.
+    Dynamic obstacles are included only if the robot has joints that are driven by time. An edited scene
+    shares the bodies of all unchanged objects with its predecessor, and the pairs if the edit does not affect
+    them.
     """
     return _collision_models(scene).get(robot, lambda: _built(scene, robot))
 
@@ -214,11 +208,6 @@ def _places(item: SceneObject) -> LruCache[Anchor, AnchoredObject]:
 
 
 def _anchored(item: SceneObject, frame: Anchor) -> AnchoredObject:
-    """Return an object fixed to the joint that carries its frame.
-
-    The result is cached as long as that anchor is identical, so scenes that share the object share its
-    bodies.
-    """
     return _places(item).get(frame, lambda: item.anchored(frame))
 
 
@@ -252,7 +241,6 @@ def _bodies(item: SceneObject, anchors: Mapping[str, Anchor]) -> tuple[FixedBody
 
 
 def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
-    """Return the anchor of a frame or object, and store it; an object may be placed on a later one."""
     found = anchors.get(name)
     if found is None:
         item = scene.placed[name]

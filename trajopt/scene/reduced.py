@@ -1,7 +1,6 @@
 """Reduced model: the robot with only a group's joints free, as used for planning, judging and simulation.
 
-Plain data: `trajopt.scene.reducing` builds it from a scene. The judge reads nothing else, so this module does
-not import the code that loads robots or edits scenes.
+Plain data: `trajopt.scene.reducing` builds it from a scene. The judge reads nothing else.
 """
 
 from __future__ import annotations
@@ -99,7 +98,7 @@ class ReducedModel:
         start: Positions of all joints at the start, shape (number of joints,) [rad | m].
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
-        limits: Their limits, which respect those of the joints that mimic them.
+        limits: Respect those of the joints that mimic them.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         collision_model: Its bodies, and the pairs that must keep apart.
@@ -138,7 +137,7 @@ class ReducedModel:
         """Return a function's result for this model, computed at the first call.
 
         All starts with the same fixed joints share it, so it must not depend on the group's start positions,
-        nor refer to the model or its scene, which would then never be freed.
+        nor refer to the model or its scene.
         """
         kept = _kept(self.collision_model)
         if build not in kept:
@@ -148,8 +147,8 @@ class ReducedModel:
     def derived_of_robot(self, build: Callable[[ReducedModel], T]) -> T:
         """Return a function's result for the robot alone, computed at the first call.
 
-        All scenes with the same robot and the same fixed joints share it, so it must not depend on the
-        objects of a scene or on the group's start positions, nor refer to the model.
+        All scenes with the same robot and fixed joints share it, so it must not depend on objects or start
+        positions, nor refer to the model.
         """
         kept = _kept_of_robot(self.model)
         if build not in kept:

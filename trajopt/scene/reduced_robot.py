@@ -93,7 +93,7 @@ class ReducedRobot:
     Attributes:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
-        limits: Their limits, which respect those of the joints that mimic them.
+        limits: Respect those of the joints that mimic them.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         anchors: Carrying joint and placement of links, tool frames and the world, by name.
@@ -111,13 +111,7 @@ class ReducedRobot:
 
 
 def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
-    """Fix every joint outside the group at its start position.
-
-    The last results are cached for each robot: they depend only on the fixed joints.
-
-    Args:
-        start: Positions of all joints, shape (number of joints,) [rad | m].
-    """
+    """Fix every joint outside the group at its start position; cached by the fixed joints."""
     joints = robot.group(group).joints
     free = {*joints, *(name for name, mimic in robot.mimics.items() if mimic.source in joints)}
     locked = [place for place, name in enumerate(robot.joint_names) if name not in free]

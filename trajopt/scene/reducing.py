@@ -69,9 +69,9 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
 def tool_frame(reduced: ReducedModel) -> str:
     """Return the name of the frame that represents the group's motion.
 
-    Tip link and hand move together, so this is a tool frame on the same joint if there is one: the last of
-    the scene, else the first of the robot; else the link there whose origin is farthest from the joint. A
-    group without a tip link ends at the body of its last joint.
+    A tool frame on the joint of the tip link if there is one: the last of the scene, else the first of the
+    robot; else the link there whose origin is farthest from the joint. A group without a tip link ends at the
+    body of its last joint.
     """
     tip = reduced.scene.robot.group(reduced.group).tip
     last = reduced.model.getJointId(reduced.joint_names[-1])
@@ -79,10 +79,7 @@ def tool_frame(reduced: ReducedModel) -> str:
 
 
 def tool_frames(reduced: ReducedModel) -> tuple[str, ...]:
-    """Return one frame for each tool that a group moves: `tool_frame`, or one at the end of each branch.
-
-    A group without a tip link may move several arms; each ends at its last joint.
-    """
+    """Return one frame for each tool that a group moves: `tool_frame`, or one at the end of each branch."""
     if reduced.scene.robot.group(reduced.group).tip is not None:
         return (tool_frame(reduced),)
     joints = [reduced.model.getJointId(name) for name in reduced.joint_names]
@@ -128,7 +125,6 @@ def whole_robot(scene: Scene, joints: tuple[str, ...], start: Floats) -> Reduced
     """Return the reduced model of any joints of a robot.
 
     Args:
-        scene: Robot and scene.
         joints: Free joints.
         start: Positions of all joints [rad | m].
 
@@ -204,7 +200,6 @@ def _timing(scene: Scene, name: str) -> Timing:
 
 
 def _unlimited(limits: JointLimits, names: tuple[str, ...]) -> JointLimits:
-    """Return limits of the group's joints, and infinite ones for the driven joints."""
     wide = np.full(len(names), np.inf)
     fields = ("upper", "velocity", "acceleration", "jerk", "effort")
     wider = {name: readonly(np.append(getattr(limits, name), wide)) for name in fields}

@@ -224,11 +224,7 @@ class Scene(Value):
     def owner(self, name: str) -> str:
         """Return the link or object that a name refers to in contact rules.
 
-        An object refers to itself, and so does a link with a shape. A frame, or a link without a shape such
-        as a flange, refers to the body that it is fixed on.
-
-        Args:
-            name: A link, a tool frame or an object.
+        A frame, or a link without a shape such as a flange, refers to the body that it is fixed on.
 
         Raises:
             FrameNotFound: If it is none of them.
@@ -286,8 +282,8 @@ class Scene(Value):
     def part(self, name: str) -> Part:
         """Return the role of a link, frame or object.
 
-        An object on a link that no joint moves belongs to the world: a table placed on the robot's base. So
-        does a link that is fixed beside the robot: a table or a floor in its description.
+        Objects on a link that no joint moves belong to the world, and so do links that are fixed beside the
+        robot.
 
         Raises:
             FrameNotFound: If it is none of them.
@@ -337,8 +333,8 @@ class Scene(Value):
             frame: "world", a link or tool frame (the object moves with it), or another object.
             touch_links: Links, objects or frames that may touch it.
             meshes: How meshes become convex.
-            mass: Its mass [kg]; 0 if unknown. It counts while a joint carries the object, spread evenly over
-                its shapes.
+            mass: Its mass [kg], spread evenly over its shapes; 0 if unknown. It counts while a joint carries
+                the object.
             motion: Motion of its frame in the world, instead of a placement; a motion of the robot starts at
                 time 0 of the scene's clock. Objects in its frame move with it.
             appears: Time before which it does not exist [s]; None if it always exists.
@@ -425,7 +421,7 @@ class Scene(Value):
 
         Each of its links with a shape, and its attached objects, become objects such as "left/link7", on a
         track with a proven bound on the error (see `trajopt.scene.track`). Before the motion it rests at its
-        start, afterwards at its end. Objects of the other robot's scene are not included.
+        start, afterwards at its end.
 
         Args:
             name: Prefix of the objects' ids.
@@ -434,8 +430,8 @@ class Scene(Value):
             base: Placement of the other scene's world in this scene's world.
             start: Start of the motion on the clock of this scene; negative if it has begun [s].
             until: End of the time for which the motion is known [s].
-            tolerance: Largest error of the tracks, which is subtracted from all distances. Smaller errors
-                need more pieces, and longer checks [m].
+            tolerance: Largest error of the tracks, which is subtracted from all distances; smaller errors
+                need more pieces [m].
 
         Raises:
             PlanningFailed: If the result has no plan.
@@ -735,7 +731,6 @@ class Scene(Value):
         return link_placement(self.robot.model, holder.link, positions) * holder.placement
 
     def _entered(self, name: str) -> str:
-        """Return the name of a link, frame or object in the allowed-collision matrix."""
         owner = self.owner(name)
         return name if name in self.robot.links else owner
 
@@ -817,7 +812,6 @@ class Scene(Value):
 
 @cached_per_value
 def _shaped_links(robot: Robot) -> Mapping[str, str]:
-    """Return, for each link without a shape, the nearest link with one that it is fixed on."""
     shaped, frames = {body.owner for body in robot.bodies}, robot.model.frames
     found: dict[str, str] = {}
     for link in robot.links:
@@ -856,13 +850,8 @@ def robot_objects(
 ) -> Mapping[str, SceneObject]:
     """Return the links with shapes of a moving robot, and its attached objects, as objects by id.
 
-    The first object on each joint has a track, and the others are placed in its frame.
-
-    Args:
-        base: Placement of its world in the scene that the objects are for.
-        start: Start of the motion on the clock of that scene [s].
-        until: End of the time for which the motion is known [s].
-        tolerance: Largest error of the tracks [m].
+    The first object on each joint has a track, and the others are placed in its frame; arguments as for
+    `Scene.with_robot_in_motion`.
     """
     owned: dict[str, list[FixedBody]] = {}
     for body in robot.bodies:

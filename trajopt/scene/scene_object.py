@@ -159,7 +159,6 @@ def covered_parts(
 
 
 def _is_part(item: object) -> bool:
-    """Return whether a value is a shape with its placement; callers may not check types."""
     pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
     return len(pair) == 2 and isinstance(pair[0], Shape)
 

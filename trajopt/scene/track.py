@@ -180,9 +180,8 @@ class Track(Value):
     ) -> Prediction:
         """Make the track of a frame of another robot that moves as planned, with its error: a `Prediction`.
 
-        The robot may be a planned conveyor. (`Scene.with_robot_in_motion` adds a whole robot.) The error of
-        the prediction is a proven bound on the distance of any point within `reach` of the frame's origin
-        from its place on the track; the module `trajopt.scene.track` derives it.
+        The error is a proven bound on the distance of any point within `reach` of the frame's origin from its
+        place on the track. (`Scene.with_robot_in_motion` adds a whole robot.)
 
         Args:
             motion: A plan, a result that has one, or a reduced model.
@@ -315,8 +314,8 @@ def _unit(vectors: Floats, lengths: Floats) -> Floats:
 
 STEPS = 0.125
 """Share of the tolerance reserved for the deviation between steps: smaller steps take longer, larger ones
-leave
-less to the pieces.
+leave less to the
+pieces.
 """
 ROUNDING = 1e-12
 """Smaller rotations of a piece are rounding errors [rad, rad/s]."""
@@ -588,13 +587,7 @@ ALWAYS = Timing()
 def timing_of(
     name: str, motion: Prediction | Track | None, appears: float | None, expires: float | None
 ) -> Timing:
-    """Return the timing of an object; a track alone is a prediction without error and end.
-
-    Args:
-        motion: Motion of its frame; None if it rests.
-        appears: Start of its existence [s]; None if it always exists.
-        expires: End of its existence [s]; None if it stays.
-    """
+    """Return the timing of an object; a track alone is a prediction without error and end."""
     if isinstance(motion, Track):
         motion = Prediction(motion)
     if motion is not None and not isinstance(motion, Prediction):  # pyright: ignore[reportUnnecessaryIsInstance]

@@ -38,11 +38,7 @@ class Based:
 
 
 def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
-    """Expand joints of several degrees of freedom to chains of simple ones, or fix them.
-
-    Args:
-        base: The moving base; every such joint is fixed if None.
-    """
+    """Expand joints of several degrees of freedom to chains of simple ones; fix them without a base."""
     root = ElementTree.fromstring(urdf.xml)
     inside = {
         joint.get("name", ""): joint
@@ -133,10 +129,6 @@ def _replace_joint(
 def _add_below(
     root: ElementTree.Element, bottom: str, frame: str, joints: Sequence[BaseJoint], names: Sequence[str]
 ) -> str:
-    """Add a chain of joints between the world and the robot; return the world's name.
-
-    If the root link is the world by its name, the chain is inserted between it and the other links.
-    """
     if bottom in (WORLD, frame):
         carried = f"{names[-1]}/link"
         for joint in root.findall("joint"):
@@ -183,8 +175,6 @@ def _add_chain(
 
 
 def _expanded(srdf: Srdf, name: str, moved: tuple[str, ...], child: str) -> Srdf:
-    """Return the SRDF with the base's joints instead of the joint that they replace."""
-
     def element(group: GroupElement) -> GroupElement:
         brought = moved if name in group.joints or child in group.links else ()
         return replace(group, joints=(*brought, *(joint for joint in group.joints if joint != name)))
@@ -207,7 +197,6 @@ def _expanded(srdf: Srdf, name: str, moved: tuple[str, ...], child: str) -> Srdf
 
 
 def _in_plane(numbers: Sequence[float]) -> tuple[float, ...]:
-    """Return x, y and yaw of the numbers of a planar or floating joint; empty for others."""
     if len(numbers) == PLANAR:
         return tuple(numbers)
     if len(numbers) == FLOATING:

@@ -117,8 +117,6 @@ def resolve_groups(
     A group with names that the robot does not have is skipped: the remaining joints would be another group.
 
     Args:
-        model: Pinocchio's model.
-        srdf: The semantic description.
         mimics: Names of mimicking joints, which no group drives.
 
     Returns:
@@ -157,7 +155,6 @@ def resolve_groups(
 
 
 def _end_of_one_chain(model: pin.Model, driven: tuple[str, ...], links: tuple[str, ...]) -> str | None:
-    """Return the last link of the chain that contains all joints except a gripper's; None if it branches."""
     moved = {joint_above(model, link): link for link in links}
     moving = tuple(model.names[1:])
     fingers = {joint for joint in moving if names_fingers(joint, moved.get(joint, ""))}

@@ -43,7 +43,7 @@ class MeshNames:
 
         A name with `..` (`../meshes/link.stl`), and an absolute one, must lead to a file in a package
         directory, in the description's folder, in its package (the nearest folder above with a `package.xml`,
-        else the folder above), or in the named package. Any other name leads below one of these folders.
+        else the folder above), or in the named package.
 
         Raises:
             MeshFileError: If it does not exist, or is outside; the message lists the searched folders.
@@ -103,7 +103,6 @@ class MeshNames:
         return frozenset(mine | {folder.resolve() for folder in mine})
 
     def _owns(self, file: Path, named: str) -> bool:
-        """Return whether a file is in a folder of the description, or in a package of that name."""
         return any(file.is_relative_to(folder) for folder in chain(self._mine, self._packages(named)))
 
     @cached_property

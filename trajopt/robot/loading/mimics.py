@@ -20,10 +20,7 @@ def resolve_mimics(
     """Trace chains of mimic joints to their leading joint.
 
     Along a chain factors multiply and offsets accumulate. A fixed joint is at zero, so its mimic is at the
-    offset; a fixed joint that mimics another stays fixed. A mimic of an unknown joint moves on its own.
-
-    Args:
-        stated: Mimics of the URDF, by mimic joint.
+    offset. A mimic of an unknown joint moves on its own.
 
     Returns:
         Mimic joints by name, in the order of `movable`, each with a source that mimics no other; and notes on
@@ -50,16 +47,11 @@ def followed(
     *,
     checked: Iterable[str] = (),
 ) -> Floats:
-    """Return positions with each mimic joint at its implied position.
+    """Return positions (n,) with each mimic joint at its implied position, read-only.
 
     Args:
-        joint_names: Names of all movable joints, n of them.
-        mimics: Mimic joints by name, each with its leading joint.
-        positions: Of all joints, shape (n,) [rad | m].
+        joint_names: Of all movable joints.
         checked: Mimic joints with given positions; an error of `MIMIC_ERROR` is accepted.
-
-    Returns:
-        Positions, shape (n,), read-only.
     """
     result = np.array(floats("positions", positions, (len(joint_names),)))
     refused = frozenset(several("checked", checked, str))
@@ -77,17 +69,11 @@ def followed(
 def completed(
     joint_names: Sequence[str], mimics: Mapping[str, Mimic], positions: Floats, *, given: Collection[str]
 ) -> Floats:
-    """Return positions that are partly given, with mimic joints and their leading joints adjusted to these.
+    """Return positions (n,), partly given, with mimic joints and their leading joints adjusted, read-only.
 
     Args:
-        joint_names: Names of all movable joints, n of them.
-        mimics: Mimic joints by name, each with its leading joint.
-        positions: Of all joints, shape (n,) [rad | m].
-        given: Joints whose position is kept; the leading joint of a given mimic joint is adjusted, and
-            all other mimic joints follow.
-
-    Returns:
-        Positions, shape (n,), read-only.
+        joint_names: Of all movable joints.
+        given: Joints whose position is kept; the leading joint of a given mimic joint is adjusted.
     """
     result = np.array(positions)
     for joint in given:
@@ -126,15 +112,7 @@ ROUNDING = 1e-9
 
 
 def followed_limits(limits: JointLimits, joints: tuple[str, ...], mimics: Mapping[str, Mimic]) -> JointLimits:
-    """Tighten limits of joints so that their mimic joints stay within their own.
-
-    Args:
-        joints: The n joints to be moved.
-        mimics: Mimic joints by name, each with its leading joint.
-
-    Raises:
-        MimicOutOfRange: If no position of a joint keeps one that follows it within its limits.
-    """
+    """Tighten limits of joints so that their mimic joints stay within their own."""
     places = np.array([limits.joint_names.index(joint) for joint in joints], dtype=np.int64)
     found = limits.take(places)
     for joint, mimic in mimics.items():

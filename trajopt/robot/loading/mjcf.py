@@ -179,7 +179,6 @@ class _Reading:
         _joint(self.root, f"{link}/fixed", "fixed", (above, link), where)
 
     def _effort(self, joint: int) -> float:
-        """Return the largest torque of the actuators of a joint; 0 if not stated."""
         model, stated = self.model, 0.0
         for actuator in range(int(model.nu)):
             driven = int(model.actuator_trntype[actuator]) in _JOINT_TRANSMISSIONS
@@ -221,7 +220,6 @@ class _Reading:
         return owners
 
     def _mimics(self) -> dict[str, Mimic]:
-        """Return the joints that an equality constraint couples to another by a factor and an offset."""
         model, found, others = self.model, dict[str, Mimic](), list[str]()
         for place in range(int(model.neq)):
             kind, name = int(model.eq_type[place]), self._name("equality", place)
@@ -402,9 +400,8 @@ def collides(model: Any, geom: int) -> bool:
 def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str]]:
     """Return the pairs of links that are not checked against each other.
 
-    Pairs without two geoms that share collision bits, pairs in `<exclude>`, and a body and its parent, unless
-    that is the world. MuJoCo does check a body against a fixed base; here, as for any robot, that contact is
-    by construction.
+    Pairs without two geoms that share collision bits, pairs in `<exclude>`, and a body and its parent, as for
+    any robot also if that is the fixed base.
 
     Args:
         owners: The link of each colliding geom.
@@ -434,7 +431,6 @@ def _bits_meet(a: tuple[int, int], b: tuple[int, int]) -> bool:
 
 
 def _hang_together(model: Any, a: int, b: int) -> bool:
-    """Return whether both move as one, or one is the parent of the other and not the world."""
     welds = model.body_weldid
     if welds[a] == welds[b]:
         return True

@@ -1,7 +1,7 @@
 """Compile one MuJoCo file in a child process, since some files take all memory or crash it.
 
-Run as a script: a request in JSON on standard input; on standard output a line of JSON with the warnings, and
-then the compiled model (.mjb).
+Standard input: a request in JSON; standard output: a line of JSON with the warnings, then the compiled model
+(.mjb).
 """
 
 import json

@@ -1,7 +1,7 @@
 """MuJoCo, importable even if MUJOCO_GL names an OpenGL backend that is not installed.
 
-MuJoCo loads that backend at import, and fails with an AttributeError. Physics needs no OpenGL; rendering
-raises its own error with the missing package. All other modules import `mujoco` from here, on first use.
+MuJoCo loads that backend at import, and fails with an AttributeError; physics needs no OpenGL. All other
+modules import `mujoco` from here, on first use.
 """
 
 import os

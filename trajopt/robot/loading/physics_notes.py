@@ -9,8 +9,8 @@ from trajopt.robot.joints import JointLimits, configuration, draw_positions, eff
 from trajopt.values.errors import listed
 
 POSTURES = 64
-"""Number of random postures: a joint that gravity overloads in 70 % of all postures is reported with a
-probability of 99.9 %, one that it overloads in 30 % hardly ever.
+"""Random postures: a joint that gravity overloads in 70 % of all postures is reported with a probability
+of 99.9 %.
 """
 
 

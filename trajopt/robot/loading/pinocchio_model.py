@@ -99,9 +99,6 @@ def links_of_the_world(model: pin.Model, shaped: Collection[str]) -> frozenset[s
     """Return the links that belong to the world: tables and floors of the robot's description.
 
     They carry no joint, and no link with a shape is between them and the root, which has none itself.
-
-    Args:
-        shaped: The links with a shape.
     """
     frames, carriers = model.frames, set[int]()
     for frame in frames:
@@ -117,7 +114,6 @@ def links_of_the_world(model: pin.Model, shaped: Collection[str]) -> frozenset[s
 
 
 def _links_above(model: pin.Model, place: int) -> list[int]:
-    """Return the frame indices of the links from a frame to the root, itself included if it is a link."""
     found: list[int] = []
     while place > 0:
         if model.frames[place].type == pin.FrameType.BODY:
@@ -199,13 +195,7 @@ def placed_model(model: pin.Model, where: Placement) -> pin.Model:
 
 
 def link_placement(model: pin.Model, link: str, positions: Floats) -> Placement:
-    """Return the placement of a link in the world.
-
-    Args:
-        model: The robot's model.
-        link: Name of one of its links.
-        positions: Of all joints, shape (number of joints,) [rad | m].
-    """
+    """Return the placement of a link in the world at positions of all joints [rad | m]."""
     data = model.createData()
     frame = link_frame(model, link)
     pin.framesForwardKinematics(model, data, configuration(model, positions))
@@ -292,7 +282,6 @@ def _shape(name: str, geometry: object) -> Shape:
 
 
 def _link_of(model: pin.Model, item: pin.GeometryObject) -> str:
-    """Return the link of a geometry object: its own, or one on the same joint."""
     if item.parentJoint >= model.njoints:
         raise ModelError(f"collision geometry {shown(item.name)} belongs to another model: no such joint")
     if item.parentFrame < model.nframes:
@@ -316,7 +305,6 @@ def _collision(model: pin.Model, item: pin.GeometryObject) -> LinkGeometry:
 
 
 def described(model: pin.Model, collisions: pin.GeometryModel | None, name: str | None) -> Urdf:
-    """Return a model as the content of a URDF: its name and collision geometry only."""
     objects = () if collisions is None else tuple(collisions.geometryObjects)
     title = name or str(model.name) or "robot"
     elements = tuple(_collision(model, item) for item in objects)

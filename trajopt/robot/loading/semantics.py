@@ -35,7 +35,6 @@ class Semantics:
 
 
 def _check_robot(model: pin.Model, srdf: Srdf) -> None:
-    """Refuse an SRDF of another name whose groups have no link or joint of the robot."""
     groups = srdf.groups.values()
     named = {
         *(name for group in groups for name in (*group.joints, *group.links)),
@@ -85,7 +84,6 @@ def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> S
 
 
 def _fingers(model: pin.Model, group: Group) -> list[str]:
-    """Note joints of the group of all joints that look like a gripper's, if others do not."""
     moved = {joint_above(model, link): link for link in group.links}
     found = [joint for joint in group.joints if names_fingers(joint, moved.get(joint, ""))]
     if not found or len(found) == len(group.joints):
@@ -108,10 +106,7 @@ def _bases(srdf: Srdf) -> list[str]:
 def _states(
     model: pin.Model, srdf: Srdf, groups: Mapping[str, Group]
 ) -> tuple[Mapping[tuple[str, str], Mapping[str, float]], Mapping[str, str], list[str]]:
-    """Return the named states of existing groups, without unknown joints.
-
-    Then the reasons for skipped states, by name, and notes on everything skipped.
-    """
+    """Return the named states of existing groups, the reasons for skipped states, and notes."""
     joints = frozenset(joint_frame_names(model))
     found: dict[tuple[str, str], Mapping[str, float]] = {}
     several: dict[str, list[str]] = {}
@@ -152,7 +147,6 @@ def _end_effectors(
 def _contradictions(
     states: Mapping[tuple[str, str], Mapping[str, float]], mimics: Mapping[str, Mimic]
 ) -> list[str]:
-    """Note mimic joints whose position in a named state differs from the implied one, which is used."""
     said: list[str] = []
     for (_, state), values in states.items():
         for joint, mimic in mimics.items():

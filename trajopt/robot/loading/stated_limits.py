@@ -36,10 +36,10 @@ def with_stated(
 ) -> JointLimits:
     """Apply the entries of a `joint_limits.yaml`, and defaults for missing limits.
 
-    A mimic joint without stated limits has none: those of the joint that it follows apply.
+    A mimic joint without stated limits has none.
 
     Args:
-        limits: Limits of the robot description; acceleration may be NaN for "not stated".
+        limits: Of the robot description; acceleration may be NaN for "not stated".
         stated: Joint name -> `max_velocity`, `max_acceleration`, `max_jerk`, `min_position`,
             `max_position`, `max_effort`, each with its `has_..._limits` flag.
         units: "rad" or "m" of each joint.
@@ -101,7 +101,6 @@ def _default(
     *,
     mimics: Collection[str],
 ) -> list[str]:
-    """Set a missing limit, and add a sentence about it; mimic joints get none."""
     said: list[str] = []
     for place, name in enumerate(names):
         if name in mimics:

@@ -1,7 +1,4 @@
-"""URDF: the parts that pinocchio does not provide in full (bodies, mimics, efforts), and mesh paths.
-
-Kinematics and inertias are pinocchio's; the same XML is read here for the shapes of each link.
-"""
+"""URDF: the parts that pinocchio does not provide in full (bodies, mimics, efforts), and mesh paths."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -119,7 +116,6 @@ def _link_geometries(
     meshes: MeshNames,
     missing: dict[str, str] | None = None,
 ) -> tuple[LinkGeometry, ...]:
-    """Return the elements of a tag; collect meshes that are not found in `missing`, by link, if given."""
     materials = {material.get("name"): material for material in root.findall("material")}
     found: list[LinkGeometry] = []
     for link in root.findall("link"):
@@ -219,7 +215,6 @@ def _rates(path: Path, joint: ElementTree.Element) -> dict[str, float]:
 
 
 def _joints(path: Path, root: ElementTree.Element) -> tuple[dict[str, Mimic], dict[str, Mapping[str, float]]]:
-    """Check the joints; return those that mimic others, and limits that pinocchio does not read."""
     mimics, limits = dict[str, Mimic](), dict[str, Mapping[str, float]]()
     for joint in root.findall("joint"):
         name, kind = joint.get("name", ""), joint.get("type", "")
@@ -256,13 +251,7 @@ def _angles_of_quaternions(path: Path, root: ElementTree.Element) -> None:
 
 
 def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str, str] | None = None) -> Urdf:
-    """Read a URDF file, or the URDF of a xacro file, and find its meshes.
-
-    Args:
-        path: The file; xacro if its suffix is .xacro.
-        package_dirs: Folders with ROS packages, for `package://` names.
-        xacro: Arguments of a xacro file by name.
-    """
+    """Read a URDF file, or the URDF of a xacro file (suffix .xacro), and find its meshes."""
     if path.suffix == SUFFIX:
         root = parse_xml(expanded(path, xacro or {}, package_dirs), path, "URDF")
     else:
@@ -385,7 +374,6 @@ def complete(path: Path, root: ElementTree.Element) -> list[str]:
 
 
 def _repeated(root: ElementTree.Element) -> list[str]:
-    """Return the elements that a link or joint may have once and has several times, as "<limit> of elbow"."""
     owners = [element for kind in _ONCE for element in root.findall(kind)]
     return [
         f"<{tag}> of {owner.get('name', '')}"

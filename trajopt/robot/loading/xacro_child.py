@@ -1,10 +1,10 @@
 """Expand one xacro file in a child process that may read its packages and nothing else.
 
 Run as a script: a request in JSON on standard input, the URDF or a reason on standard output. Expressions of
-xacro are Python, and xacro's own check of them can be evaded, so their effects are bounded from outside: by
-limits of the operating system (`trajopt/values/documents/bounded_child.py`), and by an audit hook (PEP 578)
-that refuses all events not needed for expansion. Functions of the operating system without such an event are
-removed, and expressions may not use names that lead to them.
+xacro are Python, so their effects are bounded by limits of the operating system
+(`trajopt/values/documents/bounded_child.py`), and by an audit hook (PEP 578) that refuses all events not
+needed for expansion. Functions of the operating system without such an event are removed, and expressions may
+not use names that lead to them.
 """
 
 import ast
@@ -44,12 +44,7 @@ INNER = ("_", "gi_", "cr_", "ag_", "tb_")
 
 
 def readable(path: object, folders: tuple[str, ...], searched: tuple[str, ...]) -> bool:
-    """Return whether a file may be read: in one of the folders, or in a package below a searched one.
-
-    Args:
-        folders: Folders whose files may all be read.
-        searched: Folders in which only packages, which have a manifest, may be read.
-    """
+    """Return whether a file may be read: in one of the folders, or in a package below a searched one."""
     if not isinstance(path, str | bytes | Path):
         return False
     real = Path(os.path.realpath(os.fsdecode(path)))

@@ -89,7 +89,7 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
 
     `$(find NAME)` is the package of the file, a package in a package directory or next to the file's package,
     or one that ROS knows. Expressions are Python, so the file is expanded in a child process that can only
-    read the file's folder, its packages and the package directories.
+    read these folders.
 
     Args:
         arguments: Values of its `<xacro:arg>` by name; others have their defaults.

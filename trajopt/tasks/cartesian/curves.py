@@ -61,8 +61,7 @@ def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
     Args:
         poses: Two or more.
         blend: Radius about each inner pose within which the corner may be cut [m]; at most half of the
-            shorter side is used. The curvature is continuous, so the tool slows down less. 0 passes through
-            the poses.
+            shorter side is used. The curvature is continuous. 0 passes through the poses.
 
     Raises:
         ProblemError: If there are fewer than two poses, consecutive poses are equal, or the radius is
@@ -93,12 +92,7 @@ def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
 
 
 def arc_about(begin: PlacementLike, end: PlacementLike, *, centre: ArrayLike) -> Curve:
-    """Return the shorter arc between two placements about a centre (Pilz's CIRC with `center`).
-
-    Args:
-        begin: Its first placement.
-        end: Its last placement.
-        centre: Centre of the circle, shape (3,) [m].
+    """Return the shorter arc between two placements about a centre (3,) [m] (Pilz's CIRC with `center`).
 
     Raises:
         ProblemError: If the three points are collinear, or the ends are at different distances from the
@@ -126,14 +120,9 @@ def arc_about(begin: PlacementLike, end: PlacementLike, *, centre: ArrayLike) ->
 
 
 def arc_through(begin: PlacementLike, interim: ArrayLike, end: PlacementLike) -> Curve:
-    """Return the arc from a placement through a point to another placement (Pilz's CIRC with `interim`).
+    """Return the arc between two placements through a point (3,) [m] (Pilz's CIRC with `interim`).
 
     The arc may be more than half of the circle. The rotation has a constant rate.
-
-    Args:
-        begin: Its first placement.
-        interim: A point on the arc, shape (3,) [m].
-        end: Its last placement.
 
     Raises:
         ProblemError: If the three points are collinear.
@@ -161,7 +150,7 @@ def circle(
     """Return a circle, or an arc of one, with a fixed orientation of the tool.
 
     Args:
-        centre: Of the circle: about its z axis; the circle starts on its x axis and turns towards y.
+        centre: About its z axis; the circle starts on its x axis and turns towards y.
         radius: Its radius [m].
         rotation: Of the tool in the world, shape (3, 3).
         sweep: Angle of the arc, not 0; negative turns the other way [rad]; the whole circle if None.
@@ -254,7 +243,6 @@ def _part(side: Piece, begin: float, end: float) -> Piece:
 
 
 def _corner(before: Piece, after: Piece, cut: float) -> Piece:
-    """Round the corner between two sides: straight at both ends up to the second derivative."""
     at_corner = before(np.ones(1))
     enter, leave = 1.0 - cut / before.length, cut / after.length
     corner = at_corner.translation[0]
@@ -267,7 +255,6 @@ def _corner(before: Piece, after: Piece, cut: float) -> Piece:
 
 
 def _rounded(begin: Floats, corner: Floats, end: Floats) -> Floats:
-    """Return control points of degree five: the first three on one side, the last three on the other."""
     handles = [begin + part * (corner - begin) for part in (0.0, HANDLE / 2.0, HANDLE)]
     return np.stack((*handles, *(end + part * (corner - end) for part in (HANDLE, HANDLE / 2.0, 0.0))))
 
@@ -300,7 +287,6 @@ def cross(first: Floats, second: Floats) -> Floats:
 
 
 def _measured(points: Floats, rotation: Floats, turns: Floats) -> Piece:
-    """Return a piece with the length of its path, or of its rotation if that is larger."""
     u = np.linspace(0.0, 1.0, 2 if len(points) == 2 and len(turns) == 2 else FINE + 1)
     way = float(np.linalg.norm(np.diff(bezier(points, u), axis=0), axis=1).sum())
     turn = float(np.linalg.norm(np.diff(bezier(turns, u), axis=0), axis=1).sum())

@@ -27,7 +27,7 @@ class Executed:
 
     Attributes:
         rollouts: The simulated motion, then each correction move.
-        errors: Error of the frame at the end of each of them.
+        errors: Error of the frame at the end of each.
         moves: The correction moves; the last one may have failed.
         reached: Whether the last error is within the tolerances.
     """
@@ -48,11 +48,9 @@ def execute(
 ) -> Executed:
     """Execute a motion along a curve in simulation, and correct its end if the error is too large.
 
-    A correction move is the straight line from the actual to the required pose, followed like any curve:
-    timed, judged and executed.
+    A correction move is the straight line from the actual to the required pose, followed like any curve.
 
     Args:
-        followed: The motion.
         position_tolerance: Accepted position error at the end [m].
         rotation_tolerance: Accepted rotation error at the end [rad].
 

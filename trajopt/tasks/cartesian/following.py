@@ -122,17 +122,15 @@ def follow(
     backwards, and gets as far as `fraction`.
 
     Args:
-        scene: The robot and its surroundings, with the clearance to keep. Unlike other motions this one keeps
-            the margin all along too, except for pairs that are nearer at its start: if the arm has no choice,
-            a margin that is too large ends it.
+        scene: The robot and its surroundings. Unlike other motions this one keeps the margin all along,
+            except for pairs that are nearer at its start: a margin that is too large may end it.
         required: The curve, the frame, and its tolerance: `follows_curve(...)`.
         start: Name of a state, joint -> position [rad | m], or positions of all joints. With
             `Begin.ANY_BRANCH` it only determines the joints outside the group, and the preferred branch.
-        group: The planning group; may be omitted if the robot has only one.
+        group: May be omitted if the robot has only one.
         options: First configuration, reaction to obstacles, speeds.
         rng: Draws postures and starts of searches; a fixed seed if None, for reproducible results.
-        budget: Time and work; a curve is followed in one attempt, so `attempts`, `workers`
-            and `improve` do not apply.
+        budget: Time and work; `attempts`, `workers` and `improve` do not apply.
         cancel: Set it from another thread to stop.
         progress: Called at every stage and every step of the solver.
         degrees: Whether angles in `start` are in degrees.
@@ -192,7 +190,6 @@ class _Following:
             return replace(result, result=replace(result.result, stopped=ended.stop))
 
     def _run(self) -> Followed:
-        """Choose the first configuration, find the joint path that gets farthest, time and judge it."""
         with self.on_curve.stage("start"):
             starts, refusal = self._starts()
         if refusal is not None:
@@ -214,7 +211,6 @@ class _Following:
         return self._motion(found)
 
     def _starts(self) -> tuple[Floats, StopReason | None]:
-        """Return first configurations, shape (b, n), or the reason why there are none."""
         reduced, on_curve = self.problem.reduced, self.on_curve
         nothing = np.empty((0, len(reduced.joint_names)))
         if self.options.begin is Begin.ANY_BRANCH:
@@ -268,7 +264,6 @@ class _Following:
         return self._followed(result, part.until / self.required.until if result.verified else 0.0, why)
 
     def _judged(self, problem: Problem, on_curve: OnCurve, way: CurveTrack) -> Result | StopReason:
-        """Place knots along a path, time and judge the motion; repeat more tightly if it is refused."""
         workspace, result = PlanningWorkspace(problem, self.tracker), None
         for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
             with on_curve.stage("densify"):

@@ -1,7 +1,6 @@
 """The whole line as one program: all knots together, held on the curve, short, smooth and clear.
 
-A step of differential kinematics fixes the redundancy locally; here it is resolved for the whole line. With a
-tube, the knots' distance from the curve is penalised inside it.
+The redundancy is resolved for the whole line. With a tube, the distance from the curve is penalised.
 """
 
 from collections.abc import Iterator, Sequence
@@ -72,11 +71,7 @@ def knot_stations(required: FollowsCurve) -> Floats:
 def on_the_curve(
     problem: Problem, required: FollowsCurve, seed: CurveTrack, tracker: BudgetTracker
 ) -> SolveResult:
-    """Plan the whole line on the curve, from a seed.
-
-    Args:
-        seed: The seed, at the stations of `knot_stations`.
-    """
+    """Plan the whole line on the curve, from a seed at the stations of `knot_stations`."""
     error = CurveError(problem.reduced, required, seed.stations)
     bound = within(required, HELD)
     smallest = HELD * min(required.position_tolerance, required.rotation_tolerance)
@@ -87,12 +82,7 @@ def on_the_curve(
 def in_a_tube(
     problem: Problem, required: FollowsCurve, tube: float, seed: CurveTrack, tracker: BudgetTracker
 ) -> SolveResult:
-    """Plan the whole line inside a tube around the curve, as near to the curve as possible.
-
-    Args:
-        tube: Radius of the tube [m].
-        seed: The seed, at the stations of `knot_stations`.
-    """
+    """Plan the whole line inside a tube [m] around the curve, as near to the curve as possible."""
     error = CurveError(problem.reduced, required, seed.stations)
     bound = within(required, HELD)
     bound[:POSITION_ROWS] = np.inf
@@ -144,12 +134,7 @@ class Detour:
 
 
 def detours(problem: Problem, on_curve: OnCurve, starts: Floats, tube: float) -> Sequence[Detour]:
-    """Search detours around an obstacle on a curve, nearest to the curve first.
-
-    Args:
-        starts: First configurations, shape (b, n).
-        tube: Radius of the tube [m].
-    """
+    """Search detours inside a tube [m] around an obstacle on a curve, nearest to the curve first."""
     reduced = problem.reduced
     found: list[Detour] = []
     with on_curve.stage("deviate"):
@@ -164,7 +149,6 @@ def detours(problem: Problem, on_curve: OnCurve, starts: Floats, tube: float) ->
 
 
 def _detour(on_curve: OnCurve, knots: CurveTrack) -> Detour:
-    """Make a curve through the points of knots, with the ends and rotations of the blocked curve."""
     required = on_curve.required
     places = required.curve(knots.stations)
     points = on_curve.points(knots.positions)

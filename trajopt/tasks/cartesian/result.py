@@ -27,7 +27,7 @@ class StopReason:
         pose: Index of the last reached pose of those that the curve was made from.
         message: Details: joint and limit, pair, or jump.
         joint: The joint at its limit, or the one that would jump; empty for other reasons.
-        pair: The two links or objects that are too near; empty for other reasons.
+        pair: The two that are too near; empty for other reasons.
         amount: The missing clearance [m], the limit [rad | m], or the jump [rad | m]; 0 if unknown.
     """
 
@@ -65,10 +65,7 @@ class Followed:
 
     @property
     def problem(self) -> Problem:
-        """The motion as a problem: its start, its end, and the followed part of the curve.
-
-        Used with the motion for `simulate`, `view` and files.
-        """
+        """The motion as a problem: its start, its end, and the followed part of the curve."""
         return self.result.problem
 
     @property

@@ -82,7 +82,6 @@ class CurveSearch:
         return self._best([CurveTrack(stations, np.concatenate((way.positions, more.positions[1:])))])
 
     def _best(self, tracks: list[CurveTrack]) -> Found:
-        """Return the longest clear part of the tracks; of equal ones the one with least motion."""
         found: list[Found] = []
         for each in tracks:
             clear = clear_part(self.on_curve, each)
@@ -98,7 +97,6 @@ class CurveSearch:
         return Found(best.way, best.stop or untracked(self.on_curve, best.way, self.rng))
 
     def _shortened(self, way: CurveTrack, until: float) -> CurveTrack:
-        """Return the part of a track up to a length, which becomes its last station."""
         if until >= way.reached:
             return way
         kept = way.until(until)
@@ -135,7 +133,6 @@ def _still(starts: Floats) -> Floats:
 
 
 def _continuous(on_curve: OnCurve, planned: CurveTrack) -> CurveTrack:
-    """Move the knots of a program onto the curve, and keep them up to the first jump."""
     stations = stations_of(on_curve)
     dense = resampled(on_curve, planned, stations)
     there = on_curve(dense.positions, stations)
@@ -244,7 +241,6 @@ class SelfMotions:
         return q[~blocked]
 
     def _spread(self, seeds: Floats, s: float) -> Floats:
-        """Walk both ways along the self-motion at a point from all seeds, as far as it is clear."""
         kept = np.empty((0, len(self.on_curve.limits.joint_names)))
         front = _new(seeds, kept)
         while len(front) and len(kept) < MOST:
@@ -258,7 +254,6 @@ class SelfMotions:
 
 
 def _new(q: Floats, kept: Floats) -> Floats:
-    """Return the rows of q, shape (k, n), that are not stored yet, without duplicates."""
     apart: Bools = ~(np.abs(q[:, None] - kept).max(axis=2, initial=0.0) < SAME).any(axis=1)
     fresh: list[int] = []
     for row in np.flatnonzero(apart):
@@ -318,10 +313,7 @@ class _Blocked:
 
 
 def clear_part(on_curve: OnCurve, found: CurveTrack) -> Clear:
-    """Find the part of a track on which every pair keeps its margin.
-
-    Near the start the margin is reduced to the start's clearance, as for all planned motions.
-    """
+    """Find the part of a track on which every pair keeps its margin, reduced near the start."""
     margin = _margins(on_curve, found)
     s, q = found.stations, found.positions
     blocked = _first_blocked(on_curve, q, np.arange(len(s), dtype=np.float64), margin)
@@ -343,7 +335,6 @@ def clear_part(on_curve: OnCurve, found: CurveTrack) -> Clear:
 
 
 def _margins(on_curve: OnCurve, found: CurveTrack) -> TaperedMargins:
-    """Return the margins along a track; at the end of the curve those of the end, if it is clear."""
     query = on_curve.query
     goal: Floats | None = None
     if found.reached >= on_curve.required.until:

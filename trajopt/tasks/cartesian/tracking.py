@@ -166,7 +166,6 @@ class OnCurve:
         return Corrected(q, miss)
 
     def _step(self, q: Floats, value: Floats, jacobian: Floats) -> Floats:
-        """Return least-norm steps; joints at a limit are fixed if the step presses against it."""
         limits = self.limits
         step = -_damped(jacobian, value)
         for _ in range(2):
@@ -259,9 +258,6 @@ def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> l
         stations: Lengths along the curve, increasing from 0, shape (m,) [m].
         begin: Configurations at the first of them, shape (b, n) [rad | m].
         pull: Posture of each drift, shape (b, n); NaN for no drift.
-
-    Returns:
-        The joint path of each.
     """
     count = len(begin)
     q, alive = begin.copy(), np.ones(count, dtype=np.bool_)
@@ -321,7 +317,6 @@ def densified(on_curve: OnCurve, found: CurveTrack, *, tolerance: float) -> Curv
     """Add knots until the chords between them are near enough to the curve.
 
     Args:
-        found: A track of it; its configurations are moved onto the curve.
         tolerance: Largest distance of the frame from the curve half-way between knots, rotations counted as
             lengths [m].
     """

@@ -150,13 +150,7 @@ class PlaceCandidate:
 def place_candidates(
     task: PickPlaceTask, held: Scene, start: Floats, place: Place, *, opening: float, names: CandidateNames
 ) -> Iterator[PlaceCandidate | Refusal]:
-    """Yield configurations for a place, nearest to a start first, or the reason why one fails.
-
-    Args:
-        held: The scene with the object in the hand.
-        start: Positions of all joints before the transfer [rad | m].
-        opening: Of the fingers that release [m].
-    """
+    """Yield configurations for a place, nearest to a start [rad | m] first, or the reason why one fails."""
     gripper = task.gripper
     stands_on = supports(held, task.name, held.placement_of(place.frame, start) * place.placement)
     reduced = task.reduced(lowering_scene(task, held, stands_on), start)
@@ -221,15 +215,7 @@ def plan_place(
 
 
 def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
-    """Return the overlap of the hand with the scene for a tool placement, independent of the arm.
-
-    Args:
-        reduced: A model with the fingers in their positions.
-        tool: Placement of its tool frame in the world.
-
-    Returns:
-        The link and the object; empty without an overlap.
-    """
+    """Return the link and the object that overlap for a tool placement, "" for none; arm ignored."""
     scene = reduced.scene
     joint, held = reduced.attachment(gripper.tool)
     hand = tool * held.inverse()

@@ -28,11 +28,9 @@ class Straight(Value):
 
     Attributes:
         distance: Its length [m].
-        direction: Its direction in `frame`, shape (3,), a unit vector. None for the
-            default: an approach goes along the gripper's approach axis and a retreat against it, a lift
-            goes against gravity and a lowering along it.
-        frame: Frame of `direction`: "world", a link, a tool frame or an object, at the time of contact with
-            the object.
+        direction: In `frame`, shape (3,), a unit vector. None for the default: an approach goes along the
+            gripper's approach axis and a retreat against it, a lift against gravity and a lowering along it.
+        frame: "world", a link, a tool frame or an object, at the time of contact with the object.
     """
 
     distance: float = 0.1
@@ -57,12 +55,11 @@ class Grasp:
 
     Attributes:
         placement: Of the gripper's tool frame in the object's frame.
-        width: Of the object between the pads: the fingers stop there [m].
+        width: Of the object between the pads [m].
         opening: Between the pads during the approach [m].
         force: Of each finger [N].
-        approach: The straight motion to the object with open fingers, ending in the grasp.
-        lift: The straight motion off the support.
-        name: For reports.
+        approach: Straight motion to the object with open fingers, ending in the grasp.
+        lift: Straight motion off the support.
     """
 
     placement: Placement
@@ -136,15 +133,12 @@ class Place(Value):
 
     @checked
     def error(self, placed: Placement, frame: Placement) -> Floats:
-        """Return the error of a placed object.
+        """Return the error of an object placed in the world: position [m], rotation vector [rad], (6,).
+
+        In the axes of `placement`; zero along free axes.
 
         Args:
-            placed: Placement of the object in the world.
             frame: Placement of `frame` in the world.
-
-        Returns:
-            Position [m] and rotation vector [rad] in the axes of `placement`, shape (6,): zero along
-            free axes.
         """
         from scipy.spatial.transform import Rotation
 
@@ -170,8 +164,7 @@ class GraspingOptions:
             lowering ends [s].
         grip_time: Rest after the fingers closed, for the force to build up [s].
         release_time: Rest before the fingers open, for the object to settle [s].
-        configurations: Number of arm configurations for each grasp and each place.
-        method: Transcription and solver with their options.
+        configurations: Arm configurations for each grasp and each place.
     """
 
     velocity_scaling: float = 1.0
@@ -223,10 +216,9 @@ def grasps_of(
     """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
 
     Each occurs twice, the second time with the hand turned by half a turn. Grasps that are wider than the
-    gripper are left out; planning finds which of the others can be reached.
+    gripper are left out.
 
     Args:
-        name: The object.
         force: Of each finger [N].
         reach: Largest overlap of the pads' centres with the object [m].
 
@@ -262,9 +254,7 @@ def grasps_of(
 
 @singledispatch
 def grips(shape: Shape, reach: float) -> Iterator[tuple[float, Placement, str]]:
-    """Yield the width between the pads, the placement of the pads in the shape's frame, and a name.
-
-    In that placement z is the direction of approach and y that of closing.
+    """Yield the pads' distance, their placement in the shape's frame (z approach, y closing), a name.
 
     Args:
         reach: Largest overlap of the pads' centres with the shape [m].

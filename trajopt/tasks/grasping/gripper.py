@@ -125,8 +125,8 @@ class Gripper(Value):
     def driven_together(self, robot: Robot, positions: Floats) -> Mapping[str, tuple[str, float, float]]:
         """Return the driven joints that follow the first in proportion, with factor and offset.
 
-        The fingers of a gripper have one drive, even if each is a joint of its own: two independent fingers
-        would not hold an object in place.
+        The fingers have one drive, even if each is a joint of its own: independent fingers would not hold an
+        object in place.
 
         Args:
             positions: Of all its joints; joints that are not in proportion are left out [rad | m].

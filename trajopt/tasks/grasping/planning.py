@@ -72,9 +72,9 @@ def pick_and_place(
         scene: Robot and objects; the object is at rest in it.
         name: The object.
         start: Configuration of the robot.
-        grasps: Grasps in order of preference.
-        places: Places in order of preference.
-        group: The arm's planning group; may be omitted if the SRDF defines the parent of the hand.
+        grasps: In order of preference.
+        places: In order of preference.
+        group: May be omitted if the SRDF defines the parent of the hand.
         gripper: The gripper; that of the robot's SRDF if None.
         constraints: Path constraints while the object is in the hand, such as keeping it upright.
         options: Speeds, tolerances, times.
@@ -83,9 +83,6 @@ def pick_and_place(
         cancel: Set it from another thread to stop.
         progress: Called at every stage and every step of the solver.
         degrees: Whether angles in `start` are in degrees.
-
-    Returns:
-        The sequence with the chosen grasp and place, or the reason why there is none.
 
     Raises:
         ObjectNotFound: If there is no object of that name.
@@ -142,23 +139,12 @@ def place(
     progress: Progress | None = None,
     degrees: bool = False,
 ) -> PickPlaceResult:
-    """Plan to place an object that is in the hand; see `pick_and_place`.
+    """Plan to place an object that is in the hand; other arguments are as for `pick_and_place`.
 
     Args:
         scene: Robot and objects; the object is attached to the hand.
-        name: The object.
         start: Configuration of the robot, with its fingers at the object.
-        places: Places in order of preference.
         opening: Of the fingers at release [m]; 2 cm more than at the start if None, or the largest possible.
-        group: As in `pick_and_place`.
-        gripper: As in `pick_and_place`.
-        constraints: As in `pick_and_place`.
-        options: As in `pick_and_place`.
-        rng: As in `pick_and_place`.
-        budget: As in `pick_and_place`.
-        cancel: As in `pick_and_place`.
-        progress: As in `pick_and_place`.
-        degrees: As in `pick_and_place`.
 
     Raises:
         ProblemError: If the object is not attached.
@@ -279,11 +265,7 @@ class PickPlaceSearch:
         return self._result(lambda: self._take(grasps))
 
     def place(self, opening: float) -> PickPlaceResult:
-        """Try places in order for the object that is in the hand at the start.
-
-        Args:
-            opening: Of the fingers at release [m].
-        """
+        """Try places in order for an object that is in the hand; fingers open to `opening` [m]."""
         return self._result(lambda: self._put(self.task.scene, self.task.start, opening, grasp=None))
 
     def _take(self, grasps: Sequence[Grasp]) -> PlannedSequence | None:
@@ -306,7 +288,6 @@ class PickPlaceSearch:
             held: The scene with the object in the hand.
             start: Approximate positions of all joints before the transfer [rad | m].
             opening: Of the fingers at release [m].
-            grasp: The grasp; None if unknown.
             before: Plans the preceding motions, when first needed; None if that fails.
         """
         name = "" if grasp is None else grasp.name
@@ -325,7 +306,6 @@ class PickPlaceSearch:
         return None
 
     def _result(self, search: Callable[[], PlannedSequence | None]) -> PickPlaceResult:
-        """Search until the budget ends, and return the sequence, or the reason why there is none."""
         task, stopped = self.task, None
         try:
             sequence = search()

@@ -149,11 +149,10 @@ class PickPlaceResult(Value):
     Attributes:
         name: The object.
         scene: The scene before.
-        final_scene: The scene after: the object attached to the hand, or at its place, with the clock
-            at 0 at the end of the sequence; the scene before if there is no sequence.
+        final_scene: The scene after: the object attached to the hand, or at its place, with the clock at 0 at
+            the end of the sequence; the scene before if there is no sequence.
         start: Positions of all joints before, shape (number of joints,) [rad | m].
-        group: The arm's planning group.
-        status: The status of planning: if all candidates failed, of the one that got farthest.
+        status: If all candidates failed, of the one that got farthest.
         grasp: The chosen grasp; None without one, or if the object was in the hand already.
         place: The chosen place; None without one.
         segments: The motions, in order; empty if there is no solution.

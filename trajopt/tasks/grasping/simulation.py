@@ -124,8 +124,8 @@ def simulate_handling(
 ) -> PickPlaceRollout:
     """Execute a pick and place in MuJoCo, where only friction holds the object.
 
-    One world for all stages: the object is a free body on its support, the fingers press with the force
-    of the grasp, and nothing is attached. The result reports slips.
+    One world for all stages: the object is a free body on its support, and nothing is attached. The result
+    reports slips.
 
     Args:
         result: A verified sequence that begins with a pick.
@@ -163,7 +163,6 @@ def _phase(result: PickPlaceResult, segment: Segment) -> Phase:
 
 
 def _judged(result: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> PickPlaceRollout:
-    """Evaluate a log: motion of the object relative to the hand, and its error relative to the place."""
     scene, name = result.scene, result.name
     stages = [result.segments[int(place)].stage for place in log.phases]
     before = [k for k, stage in enumerate(stages) if STAGES.index(stage) < STAGES.index(Stage.CLOSE)]

@@ -1,7 +1,4 @@
-"""Straight motions without rotation of the tool: configurations along the line, then a problem.
-
-The problem is an ordinary one with the line as a path constraint.
-"""
+"""Straight motions without rotation of the tool: configurations along the line, then a problem."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -116,13 +113,7 @@ def straight_problem(
     constraints: Sequence[Requirement | Constraint] = (),
     name: str,
 ) -> Problem:
-    """Return the problem of moving the tool on a line, without rotation.
-
-    Args:
-        start: Positions of all joints at the beginning [rad | m].
-        goal: Positions of all joints at the end [rad | m].
-        options: Deviation from the line, and speeds.
-    """
+    """Return the problem of moving the tool on a line between positions of all joints [rad | m]."""
     return Problem(
         scene=scene,
         group=group,
@@ -164,13 +155,10 @@ def to_configuration(scene: Scene, group: str, positions: Floats) -> Requirement
 
 
 def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
-    """Return the scene with smaller margins for pairs that are closer than their margins in a configuration.
+    """Return the scene with smaller margins for pairs that are closer in a configuration (n,).
 
     A straight motion that ends at a grasp is close to its neighbours all along: half of the gap at its end
     becomes the margin. Pairs in contact there get none.
-
-    Args:
-        positions: The group's positions at the near end of the motion, shape (n,).
     """
     scene = reduced.scene
     contacts = evaluator(reduced).close_pairs(positions[None], reduced.pairs.margin)

@@ -104,10 +104,7 @@ class PickPlaceTask:
     def plan(
         self, stage: Stage, problem: Problem, candidate: CandidateNames, *, rest: float = 0.0
     ) -> Segment | Refusal:
-        """Plan one motion within the remaining budget, and judge it.
-
-        Among dynamic obstacles it stays clear during the rest at its end too.
-        """
+        """Plan one motion within the remaining budget, and judge it with the rest at its end."""
         tracker, left = self.tracker, self.tracker.remaining()
         result = plan(
             replace(problem, dwell=rest) if rest and problem.scene.changing else problem,
@@ -192,10 +189,7 @@ class PickPlaceTask:
         *,
         rest: float = 0.0,
     ) -> Segment | Refusal | None:
-        """Plan the fingers' motion to an opening; None if they are there already.
-
-        At the object the pads may touch it, and no margin is kept for them.
-        """
+        """Plan the fingers' motion to an opening, touching the object; None if they are there already."""
         gripper = self.gripper
         goal = self.opened(start.positions, opening)
         if np.abs(goal - start.positions).max() < SAME:
@@ -236,7 +230,6 @@ def in_turn(steps: Sequence[Step], start: TimedConfiguration) -> tuple[Segment, 
 
 
 def later(scene: Scene, time: float) -> Scene:
-    """Return the scene with its clock advanced to a time of the sequence [s]."""
     return scene.at(time) if scene.changing else scene
 
 
