@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 OLDEST = (3, 11)
-WANTED = ".[dev,docs,notebooks,descriptions]"
+WANTED = ".[dev,docs,notebooks,descriptions,ur]"
 HEAD = "# Versions with which the checks and tests pass, for pip's --constraint; by packaging/lock.py.\n"
 OWN = "trajopt-planner"
 

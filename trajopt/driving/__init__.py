@@ -50,6 +50,7 @@ from trajopt.driving.soonest_stop import StopTaken as StopTaken
 from trajopt.driving.streaming import PositionController as PositionController
 from trajopt.driving.streaming import StreamingExecutor as StreamingExecutor
 from trajopt.driving.supervisor import Supervisor as Supervisor
+from trajopt.driving.ur import UrController as UrController
 
 if _TYPE_CHECKING:
     from trajopt.driving.rehearsal import RunReport as RunReport

@@ -92,7 +92,8 @@ class StreamingExecutor:
         if self.tolerance.min(initial=0.0) < 0.0 or number("lag", lag) < 0.0:
             raise ProblemError("tolerance and lag must not be negative")
         self._controller, self._lag, self._silence, self._clock = controller, lag, silence, clock
-        self._failure, self._lock = "", Lock()
+        # A command may block for a period, during which motions are spliced in.
+        self._failure, self._lock, self._calls = "", Lock(), Lock()
         self._ended, self._thread = Event(), None
         self._thread: Thread | None
         self._measured = self._measure()
@@ -125,22 +126,24 @@ class StreamingExecutor:
 
     def tick(self) -> None:
         """Read the state and send the present position; call it once per period."""
-        with self._lock:
+        with self._calls:
             now = self.now()
             try:
-                self._measured = self._measure()
-                # The positions show the last command, not the next one.
-                self._stamp = self._ticked - self._lag
+                measured = self._measure()
+                with self._lock:
+                    # The positions show the last command, not the next one.
+                    self._measured, self._stamp = measured, self._ticked - self._lag
+                    positions, velocities, _ = self.committed(now)
                 if not self._failure and not self._controller.error():
-                    self._controller.command(*self.committed(now)[:2])
+                    self._controller.command(positions, velocities)
             except Exception as error:
                 self._failure = _words(error)
             self._ticked = now
 
     def stop(self) -> None:
         """Bring the robot to rest as fast as the controller does."""
-        with self._lock:
-            self._failure = self._failure or STOPPED
+        self._failure = self._failure or STOPPED
+        with self._calls:
             try:
                 self._controller.brake()
             except Exception as error:
@@ -161,7 +164,7 @@ class StreamingExecutor:
         Raises:
             Exception: An error of the controller; the fault then remains.
         """
-        with self._lock:
+        with self._calls, self._lock:
             self._controller.reset()
             self._measured = self._measure()
             self.committed = CommittedMotion(self.joint_names, self._measured[0])

@@ -1,0 +1,172 @@
+"""Arms of Universal Robots through RTDE, as a controller for `StreamingExecutor`."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Protocol
+
+import numpy as np
+
+from trajopt.values.arrays import Floats, number
+from trajopt.values.errors import ExecutionError, MissingExtra, ProblemError
+from trajopt.values.errors.arguments import checked
+
+LOOKAHEAD, GAIN = (0.03, 0.2), (100.0, 2000.0)
+"""Ranges of the arguments of servoj in the URScript manual."""
+
+
+class RtdeControl(Protocol):
+    """The methods of `RTDEControlInterface` that drive the arm."""
+
+    def servoJ(
+        self,
+        q: list[float],
+        speed: float,
+        acceleration: float,
+        time: float,
+        lookahead_time: float,
+        gain: float,
+        /,
+    ) -> bool:
+        """Servo to joint positions."""
+        ...
+
+    def servoStop(self, a: float = 10.0) -> bool:
+        """Leave servo mode and decelerate."""
+        ...
+
+    def isProgramRunning(self) -> bool:
+        """Return whether its script runs on the controller."""
+        ...
+
+    def reuploadScript(self) -> bool:
+        """Start its script again."""
+        ...
+
+
+class RtdeReceive(Protocol):
+    """The methods of `RTDEReceiveInterface` that return the state of the arm."""
+
+    def getActualQ(self) -> Sequence[float]:
+        """Return joint positions [rad]."""
+        ...
+
+    def getActualQd(self) -> Sequence[float]:
+        """Return joint velocities [rad/s]."""
+        ...
+
+    def isConnected(self) -> bool:
+        """Return whether the connection works."""
+        ...
+
+    def isProtectiveStopped(self) -> bool:
+        """Return whether the arm is in a protective stop."""
+        ...
+
+    def isEmergencyStopped(self) -> bool:
+        """Return whether the arm is in an emergency stop."""
+        ...
+
+
+class UrController:
+    """An arm of Universal Robots that follows positions by `servoJ` of ur_rtde.
+
+    Its joints are those of the arm, from the base to the last wrist.
+    """
+
+    @checked
+    def __init__(
+        self,
+        control: RtdeControl,
+        receive: RtdeReceive,
+        *,
+        period: float = 0.002,
+        lookahead: float = 0.03,
+        gain: float = 500.0,
+        deceleration: float = 10.0,
+    ) -> None:
+        """Take over two connections; https://sdurobotics.gitlab.io/ur_rtde describes them.
+
+        Args:
+            control: `rtde_control.RTDEControlInterface`.
+            receive: `rtde_receive.RTDEReceiveInterface`.
+            period: Time between commands [s]: 0.002 for e-Series, 0.008 for CB3.
+            lookahead: Time over which the controller smooths the positions, 0.03 to 0.2 [s]; about the
+                delay of the arm.
+            gain: Proportional gain of the controller, 100 to 2000.
+            deceleration: Deceleration of the tool in a stop [m/s^2].
+
+        Raises:
+            ProblemError: If a number is out of its range.
+        """
+        for name, value, (least, most) in (("lookahead", lookahead, LOOKAHEAD), ("gain", gain, GAIN)):
+            if not least <= number(name, value) <= most:
+                raise ProblemError(f"{name} must be from {least:g} to {most:g}, is {value:g}")
+        for name, value in (("period", period), ("deceleration", deceleration)):
+            if not number(name, value) > 0.0:
+                raise ProblemError(f"{name} must be positive, is {value:g}")
+        self._control, self._receive, self._deceleration = control, receive, deceleration
+        self._timing = period, lookahead, gain
+
+    @staticmethod
+    @checked
+    def connect(
+        host: str, *, period: float = 0.002, lookahead: float = 0.03, gain: float = 500.0
+    ) -> "UrController":
+        """Connect to an arm in remote control; arguments as for the constructor.
+
+        Raises:
+            MissingExtra: If ur_rtde is not installed.
+            ExecutionError: If the arm does not answer.
+        """
+        try:
+            rtde_control, rtde_receive = import_module("rtde_control"), import_module("rtde_receive")
+        except ImportError as error:
+            raise MissingExtra("ur_rtde", "ur") from error
+        try:
+            control = rtde_control.RTDEControlInterface(host, 1.0 / period)
+            receive = rtde_receive.RTDEReceiveInterface(host, 1.0 / period)
+        except RuntimeError as error:
+            raise ExecutionError(f"cannot connect to the arm at {host}: {error}") from error
+        return UrController(control, receive, period=period, lookahead=lookahead, gain=gain)
+
+    def measured(self) -> tuple[Floats, Floats]:
+        """Return the present positions and velocities."""
+        return np.array(self._receive.getActualQ()), np.array(self._receive.getActualQd())
+
+    @checked
+    def command(self, positions: Floats, velocities: Floats) -> None:
+        """Send positions.
+
+        Raises:
+            ExecutionError: If the controller does not take them.
+        """
+        del velocities
+        # The second and third argument, speed and acceleration, have no effect.
+        if not self._control.servoJ(positions.tolist(), 0.0, 0.0, *self._timing):
+            raise ExecutionError(f"the arm does not take servoJ: {self.error() or 'no reason is known'}")
+
+    def brake(self) -> None:
+        """Leave servo mode and decelerate."""
+        self._control.servoStop(self._deceleration)
+
+    def error(self) -> str:
+        """Return the reason why the arm does not follow."""
+        if not self._receive.isConnected():
+            return "the connection to the arm is lost"
+        if self._receive.isEmergencyStopped():
+            return "the arm is in an emergency stop"
+        if self._receive.isProtectiveStopped():
+            return "the arm is in a protective stop"
+        return "" if self._control.isProgramRunning() else "the control script does not run on the arm"
+
+    def reset(self) -> None:
+        """Start the control script again if it has ended.
+
+        Raises:
+            ExecutionError: If the arm is stopped, which is cleared on its pendant, or the script does not
+                start.
+        """
+        if self.error() and not self._control.isProgramRunning():
+            self._control.reuploadScript()
+        if fault := self.error():
+            raise ExecutionError(f"the fault stays: {fault}")
