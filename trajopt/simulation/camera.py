@@ -45,12 +45,12 @@ class CameraView(Value):
 
 
 def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float) -> CameraView:
-    """Return the nearest camera with a viewing direction that has all points in view.
+    """Return the nearest camera with a viewing direction that has all points (k, 3) in view.
 
     Args:
-        points: In the world, shape (k, 3) [m].
-        azimuth: Viewing direction, about z from x [rad].
-        elevation: Viewing direction above the horizon [rad].
+        points: In the world [m].
+        azimuth: About z from x [rad].
+        elevation: Above the horizon [rad].
         aspect: Width of the picture over its height.
     """
     axes = _axes(azimuth, elevation)
@@ -70,7 +70,7 @@ def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float
 def picture_coordinates(view: CameraView, points: Floats) -> Floats:
     """Return coordinates right and up from the middle of a picture, (k, 3) in the world -> (k, 2).
 
-    They are tangents of the viewing angles: 1 is at 45 degrees.
+    They are tangents of the viewing angles.
     """
     depth, across = _project(points - view.target, _axes(view.azimuth, view.elevation))
     return across / np.maximum(view.distance + depth, NEAREST)[:, None]
@@ -93,17 +93,14 @@ def visible_points(
     times: Floats | None = None,
     always: Collection[str] = (),
 ) -> Floats:
-    """Return corners of the region that must be in view: the moving robot and the objects close to it.
+    """Return corners, shape (m, 3) in the world [m], of the moving robot and the objects close to it.
 
     Objects are clipped to the box around the motion and its margin; half-spaces do not count.
 
     Args:
-        configurations: Positions of the group along the motion, shape (k, n) [rad | m].
+        configurations: Of the group along the motion, shape (k, n) [rad | m].
         times: Of these configurations, shape (k,) [s]; 0 if omitted.
         always: Objects that must be entirely in view, at any place.
-
-    Returns:
-        Shape (m, 3) in the world [m].
     """
     from trajopt.simulation.dynamic_scene import DynamicScene  # importing MuJoCo takes a second
 
@@ -142,7 +139,6 @@ def _corners(lower: Floats, upper: Floats) -> Floats:
 
 
 def _axes(azimuth: float, elevation: float) -> Floats:
-    """Return the directions forward, right and up of a camera as rows, shape (3, 3)."""
     level, rise = np.cos(elevation), np.sin(elevation)
     along, aside = np.cos(azimuth), np.sin(azimuth)
     return np.array(
@@ -155,6 +151,5 @@ def _axes(azimuth: float, elevation: float) -> Floats:
 
 
 def _project(offsets: Floats, axes: Floats) -> tuple[Floats, Floats]:
-    """Return depth (k,) and coordinates right and up (k, 2) of offsets from the target."""
     local = offsets @ axes.T
     return local[:, 0], local[:, 1:]

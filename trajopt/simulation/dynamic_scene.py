@@ -52,7 +52,6 @@ class DynamicScene:
         return {} if self.timed is None else self.timed.timings
 
     def present(self, name: str, time: float) -> bool:
-        """Return whether a link or an object is present at a time [s]."""
         return self.timed is None or self.timed.there(name, time)
 
     def error(self, name: str, time: float) -> float:
@@ -76,7 +75,6 @@ class DynamicScene:
         return np.concatenate((flags.ravel(), *places))
 
     def placement(self, body: FixedBody) -> Placement:
-        """Return the placement of a body in the frame that moves it: its joint's, or one on a track."""
         carrier = self._carriers.get(body.joint)
         if carrier is None:
             return body.placement
@@ -85,11 +83,7 @@ class DynamicScene:
     def add_frames(
         self, spec: mujoco.MjSpec, joints: Sequence[mujoco.MjsBody]
     ) -> Mapping[int, mujoco.MjsBody]:
-        """Add a mocap body of MuJoCo for each frame that moves by itself.
-
-        Returns:
-            These, and the mocap bodies by the last joint of their frames.
-        """
+        """Add a mocap body of MuJoCo for each frame that moves by itself; return these, also by joint."""
         moved = {
             joint: spec.worldbody.add_body(name=name, mocap=True) for joint, name in self._carriers.items()
         }
@@ -158,7 +152,6 @@ class Presence:
                     self._of[owners[int(geom)]].append(pair)
 
     def show(self, time: float) -> None:
-        """Enable exactly the pairs whose bodies are both present at a time [s]."""
         if not self._of:
             return
         model = self._model
@@ -202,13 +195,10 @@ class MujocoGeom:
 
 
 def mujoco_geoms(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
-    """Return the geometries of a shape, and a note on the difference.
+    """Return the geometries of a shape, and a sentence on the difference, empty if they are exact.
 
     Args:
         moving: Whether a joint moves it; MuJoCo has fixed half-spaces only.
-
-    Returns:
-        The geometries, and a sentence, empty if they are exact.
     """
     match shape:
         case Plane():

@@ -79,8 +79,8 @@ class ComputedTorque:
     """Computed-torque control: the tracking error e satisfies e'' + 2 z w e' + w^2 e = 0.
 
     The torque is rnea(q, q', q''_planned + 2 z w e' + w^2 e): a feed-forward along the trajectory, and gains
-    w^2 M(q) and 2 z w M(q). Gains in proportion to the diagonal of M alone are unstable for arms whose last
-    joints move little inertia, such as the Panda.
+    w^2 M(q) and 2 z w M(q). Gains in proportion to the diagonal of M alone are unstable for arms such as the
+    Panda.
 
     Source: Siciliano et al., Robotics, 2009, section 8.5.2.
     """
@@ -108,7 +108,7 @@ class ComputedTorque:
         Args:
             followed: Reference positions, velocities and accelerations of the group, shape (3, n).
             positions: Of all joints of the model [rad | m].
-            velocities: Of all joints of the model [rad/s | m/s].
+            velocities: Likewise [rad/s | m/s].
         """
         reduced = self._reduced
         accelerations = (
@@ -175,11 +175,10 @@ def simulate(
 ) -> Rollout:
     """Execute a plan in MuJoCo, or any trajectory of a reduced model.
 
-    The robot starts in the first position and velocity of the trajectory, follows it under a computed-torque
-    controller within the effort limits of the group, and holds the end for the settling time. The controller
-    knows the masses of robot and attached objects exactly, so errors are due to torque limits, contacts or
-    jumps of the trajectory. Dynamic obstacles are present at their times, exactly on their tracks, and do not
-    yield.
+    The robot follows the trajectory under a computed-torque controller within the effort limits of the group,
+    and holds the end for the settling time. The controller knows the masses exactly, so errors are due to
+    torque limits, contacts or jumps of the trajectory. Dynamic obstacles are present at their times, exactly
+    on their tracks, and do not yield.
 
     If a joint moves no mass, as the description has no inertias, the robot is placed on its plan at each time
     instead: contacts are found, torques are zero, and a note reports it.
@@ -314,15 +313,13 @@ def simulate_phases(
     friction: Friction,
     options: SimulationOptions,
 ) -> SequenceLog:
-    """Execute a sequence of motions in MuJoCo, with a loose object.
+    """Execute a sequence of motions in MuJoCo, with a loose object that only friction holds.
 
-    The controller follows each phase as `simulate` does, with the payload of the scene of the phase; whether
-    the object is really held depends on friction only.
+    The controller follows each phase as `simulate` does, with the payload of the scene of the phase.
 
     Args:
         scene: The initial scene, with the object.
         start: Initial positions of all joints [rad | m].
-        phases: The motions.
         loose: Name of the object.
         fingers: Links with rubber pads.
         driven_together: Joint of the fingers -> the joint that it follows, with factor and offset, for joints
@@ -393,7 +390,6 @@ class _Run:
         plant.reset(whole.start_positions, np.zeros(len(whole.joint_names)))
 
     def follow(self, index: int, phase: Phase, at: Floats, settling: float) -> Floats:
-        """Follow a phase from planned positions of all joints; return the planned positions at its end."""
         options, plant, whole = self._options, self._plant, self._whole
         trajectory = in_group_order(phase.reduced, phase.trajectory)
         followed = reference(trajectory, options.dt, phase.rest + settling)

@@ -40,12 +40,7 @@ class Halo(Value):
 
 
 def halo(shape: Shape, where: Placement) -> Halo:
-    """Return the halo of a shape.
-
-    Args:
-        shape: The shape, not a half-space.
-        where: Its placement in the frame of the halo.
-    """
+    """Return the halo of a shape (not a half-space), placed in the frame of the halo."""
     ball = _ball()
     directions = ball.vertices
     return Halo(
@@ -59,7 +54,6 @@ def has_halo(body: FixedBody) -> bool:
 
 
 def _farthest(shape: Shape, directions: Floats) -> Floats:
-    """Return support points of a shape by direction, shape (n, 3) [m]: of an edge or face the middle."""
     level = directions * (1.0, 1.0, 0.0)
     size = np.linalg.norm(level, axis=1, keepdims=True)
     aside = np.divide(level, size, out=np.zeros_like(level), where=size > 1e-12)

@@ -173,10 +173,6 @@ def _robot_pieces(
 
 @cached_per_value
 def _visual_pieces(robot: Robot) -> tuple[tuple[tuple[LinkGeometry, MujocoGeom], ...], frozenset[str]]:
-    """Return the drawn visuals of a robot, and the links with an unreadable mesh.
-
-    Cached with the robot, as reading its meshes is the slowest step of a picture.
-    """
     read: list[tuple[LinkGeometry, MujocoGeom]] = []
     failed: set[str] = set()
     for visual in robot.visuals:
@@ -205,7 +201,6 @@ def _links_of(reduced: ReducedModel, group: str) -> tuple[str, ...]:
 
 
 def _floor_height(reduced: ReducedModel, lowest: float) -> float:
-    """Return the height of the floor: of a level half-space in the scene, or just below everything."""
     for body in reduced.bodies:
         if body.joint:
             continue
@@ -251,12 +246,10 @@ def _set_the_stage(spec: mujoco.MjSpec, floor: float) -> None:
 
 
 def adapt_to_camera(model: mujoco.MjModel, azimuth: float, distance: float) -> None:
-    """Place the light above and to the left behind a camera, and extend the view to its distance.
+    """Place the light above and to the left behind a camera, and extend the view to its distance [m].
 
     Args:
-        model: A compiled picture model.
         azimuth: Viewing direction, about z from x [rad].
-        distance: From the camera to its target [m].
     """
     model.vis.map.zfar = FARTHEST + distance / model.stat.extent
     towards = azimuth - np.deg2rad(50.0)

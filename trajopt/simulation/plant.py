@@ -75,13 +75,10 @@ class Plant:
         self.show(0.0, positions, velocities)
 
     def step(self, torques: Floats) -> Mapping[tuple[str, str], float]:
-        """Advance one time step.
+        """Advance one time step; return the penetration [m] before the step, by pair of owners.
 
         Args:
             torques: Commands of the group's motors, shape (n,) [Nm | N]; clipped to their limits.
-
-        Returns:
-            Penetration [m] of links and objects before the step, by pair of owners.
         """
         self.data.ctrl[:] = torques
         self._put(self.data.time)
@@ -121,16 +118,7 @@ class Plant:
             )
 
     def show(self, time: float, positions: Floats, velocities: Floats) -> Mapping[tuple[str, str], float]:
-        """Set positions and velocities of the group, without dynamics.
-
-        Args:
-            time: The time [s].
-            positions: Shape (n,) [rad | m].
-            velocities: Shape (n,) [rad/s | m/s].
-
-        Returns:
-            Penetration [m] of links and objects, by pair of owners.
-        """
+        """Set positions and velocities of the group (n,) at a time [s]; return penetrations [m] by owners."""
         self.data.qpos[self._position] = self._mimic_matrix @ positions + self._mimic_offset
         self.data.qvel[self._velocity] = self._mimic_matrix @ velocities
         self._put(time)

@@ -43,7 +43,7 @@ def render(
     highlight: Iterable[str] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Path:
-    """Draw a motion into a PNG, GIF or MP4 file: `render(plan, "motion.gif")`.
+    """Draw a motion into a PNG, GIF or MP4 file: `render(plan, "motion.gif")`; return the path.
 
     For a problem it draws the start: `render(problem, "start.png")`.
 
@@ -61,9 +61,6 @@ def render(
         camera: The camera; if None, one that shows the whole motion.
         highlight: Links and objects with a special colour.
         progress: Called with the share that is done, up to 1.
-
-    Returns:
-        The path.
 
     Raises:
         PlanningFailed: If the result has no plan.
@@ -106,7 +103,6 @@ def render(
 def _known(
     reduced: ReducedModel, drawn: Rollout | Trajectory | SequenceLog | None, file: Path
 ) -> SampledMotion:
-    """Return positions over time: of a motion, or of the start, which is drawn as PNG only."""
     from trajopt.simulation.sampled_motion import held_start, motion_of
 
     if drawn is not None:
@@ -129,7 +125,6 @@ def _drawn(
     motion: Rollout | Trajectory | SequenceLog | Path | str,
     path: Path | str | None,
 ) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog | None, Path]:
-    """Return the reduced model, the motion (None: the start) and the file of a call of `render`."""
     if isinstance(motion, Path | str):
         if path is not None:
             raise ProblemError(f"render: path is given, so motion must be a motion; it is {shown(motion)}")
@@ -163,13 +158,7 @@ TYPE = "image/jpeg"
 
 
 def thumbnail(reduced: ReducedModel, trajectory: Trajectory | None) -> bytes:
-    """Draw a motion, its end solid and the way translucent; or the start.
-
-    Args:
-        trajectory: The motion; None for the start.
-
-    Returns:
-        A JPEG.
+    """Draw a motion, its end solid and the way translucent, or the start, as a JPEG.
 
     Raises:
         RenderingUnavailable: If OpenGL does not work; it names the packages to install.

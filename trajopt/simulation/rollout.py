@@ -146,15 +146,15 @@ class Rollout(Value):
         reduced: The robot and scene it ran in.
         trajectory: The reference, joints in the order of the group.
         times: Of the stored samples, shape (k,) [s]; the last ones belong to the settling time.
-        positions: Positions of the group, shape (k, n) [rad | m].
+        positions: Of the group, shape (k, n) [rad | m].
         velocities: Shape (k, n) [rad/s | m/s].
-        torques: Torques of the motors, shape (k, n) [Nm | N].
+        torques: Of the motors, shape (k, n) [Nm | N].
         tracking_error: Over all steps of the motion, stored or not; without the settling time.
         contacts: Contacts that the scene does not allow.
         saturated: Joint -> time for which its motor was at its limit [s]; only those above zero.
         diverged: Time at which the simulation diverged and was stopped [s]; None if it did not.
         notes: Differences of the MuJoCo model from robot and scene.
-        dynamic: Whether motors moved the robot; False if it was placed on its plan, as it has no masses.
+        dynamic: Whether motors moved the robot; False if it was placed on its plan.
     """
 
     reduced: ReducedModel = field(repr=False)

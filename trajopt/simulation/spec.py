@@ -18,8 +18,10 @@ from trajopt.values.shapes.uniform_inertia import uniform_inertia
 STIFF = (0.004, 1.0)
 """Time constant [s] and damping ratio of the constraint of a mimicking joint."""
 RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
-"""Impedance of that constraint (`solimp` of MuJoCo), the largest possible. With the default it yields by a
-twentieth, and a light link between heavy ones, as in a palletizer, becomes unstable."""
+"""Impedance of that constraint (`solimp` of MuJoCo), the largest possible: the default yields by a twentieth,
+and a light
+link between heavy ones becomes unstable.
+"""
 SMALLEST_MASS = 1e-12
 """Mass of moving bodies without mass, which MuJoCo rejects [kg]."""
 SMALLEST_INERTIA = 1e-14
@@ -94,11 +96,7 @@ def describe(reduced: ReducedModel) -> SpecReport:
 
 
 def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.MjsBody], list[str]]:
-    """Add a body for every joint, without shapes.
-
-    Returns:
-        The bodies by the joint index of Pinocchio (0: the world), and notes on changed inertias.
-    """
+    """Add a body for every joint, without shapes; return them by Pinocchio's index, and notes."""
     model, loaded = reduced.model, loaded_model(reduced)
     robot = reduced.scene.robot
     bodies: list[mujoco.MjsBody] = [spec.worldbody]
@@ -131,13 +129,10 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
 
 
 def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
-    """Diagonalise an inertia, and correct moments that are impossible for a rigid body.
+    """Diagonalise an inertia in the frame of the body, and correct moments impossible for a rigid body.
 
-    A principal moment is at most the sum of the other two, and MuJoCo rejects others, which occur in robot
-    files. They are replaced by the nearest possible moments (least squares).
-
-    Args:
-        inertia: Inertia of Pinocchio in the frame of the body.
+    A principal moment is at most the sum of the other two; MuJoCo rejects others, which occur in robot files.
+    They are replaced by the nearest possible moments (least squares).
     """
     moments, axes = np.linalg.eigh(np.array(inertia.inertia))
     if np.linalg.det(axes) < 0.0:
@@ -186,7 +181,6 @@ def _link_of(model: pin.Model, joint: int) -> str:
 
 
 def _joint_axis(model: pin.Model, index: int) -> tuple[mujoco.mjtJoint, Floats]:
-    """Return the joint type of MuJoCo, and the axis in the frame of the joint, from the motion subspace."""
     joint = model.joints[index]
     data = joint.createData()
     joint.calc(data, pin.neutral(model))
@@ -247,13 +241,9 @@ def add_loose(
     fingers: tuple[str, ...],
     friction: Friction,
 ) -> SpecReport:
-    """Add an object to a MuJoCo model that is moved by contact and friction only.
+    """Add an object to a MuJoCo model that is moved by contact and friction only, placed in the world.
 
     It collides with everything. Its mass is distributed uniformly over its shapes.
-
-    Args:
-        report: The model, without the object; its specification is changed.
-        where: Its placement in the world.
     """
     if item.mass <= 0.0:
         raise ModelError(f"object {shown(item.name)} has no mass; pass mass= to Scene.add")

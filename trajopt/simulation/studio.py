@@ -143,9 +143,8 @@ class Studio:
         """Prepare model, camera and context.
 
         Args:
-            canvas: Size of pictures.
             pictures: Largest number of times in one picture.
-            camera: The camera; the best viewpoint if None.
+            camera: The best viewpoint if None.
             highlight: Links and objects with a special colour, which are entirely in view.
 
         Raises:
@@ -289,8 +288,7 @@ def backends() -> tuple[str, ...]:
 def open_context(width: int, height: int) -> Any:
     """Open an OpenGL context for pictures up to a size [pixels], and make it current.
 
-    MuJoCo selects its backend when it is imported, and cannot change it later; so its context classes are
-    used directly.
+    MuJoCo selects its backend at import; so its context classes are used directly.
     """
     tried: list[str] = []
     for backend in backends():

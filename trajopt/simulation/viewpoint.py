@@ -1,11 +1,9 @@
 """The best viewpoint of a motion, for pictures, films and the page in the browser.
 
 A viewpoint is rated by the length in the picture of two kinds of curves: the paths of the tools, and the
-lines from joint to joint of the robot at several times. Hidden pieces do not count, and lines along the
-viewing direction are short. The lengths of the two kinds are multiplied, so that neither is neglected.
-
-Viewing directions form a grid over the upper hemisphere, with the nearest camera that has everything in view.
-Hidden pieces are found by ray casting. The choice is deterministic.
+lines from joint to joint of the robot at several times, multiplied. Hidden pieces, found by ray casting, do
+not count. Viewing directions form a grid over the upper hemisphere, with the nearest camera that has
+everything in view.
 """
 
 from collections.abc import Collection, Iterator
@@ -22,21 +20,23 @@ from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.values.arrays import Bools, Floats
 
 AZIMUTHS = np.deg2rad(np.arange(0.0, 360.0, 15.0) + 140.0)
-"""Viewing directions about z [rad]. Between neighbours the apparent width of a flat object changes by at most
-a quarter. The first one, from the left front of a robot that faces x, wins ties."""
+"""Viewing directions about z [rad]: between neighbours the apparent width of a flat object changes by at most
+a quarter. The
+first one, from the left front of a robot that faces x, wins ties.
+"""
 ELEVATIONS = np.deg2rad((-20.0, -35.0, -50.0))
-"""Viewing directions above the horizon [rad]: a person's view of a machine from a distance, from nearby, and
-over a wall. Steeper views lose the heights."""
+"""Viewing directions above the horizon [rad]: of a person from a distance, from nearby, and over a wall."""
 STEEPER = 0.1
-"""Share by which a camera one elevation steeper must show more: heights and upright objects are easier to
-judge from the side."""
+"""Share by which a camera one elevation steeper must show more: heights are easier to judge from the side."""
 MOMENTS = 12
 """Times at which the robot is rated; each has an equal share of the pieces of the tool paths."""
 PIECES = 10
 """Least number of pieces of the robot's lines per half the size of the shown region."""
 THICKNESS = 0.1
 """Parts of the robot closer to a piece than this share of the robot's length do not hide it: they are the
-link itself, the hand, or the attached object. Arms are several times longer than thick."""
+link itself, the
+hand, or the attached object.
+"""
 HIDES = 0.1
 """Share of a kind of curves above which an object that hides them is drawn translucent."""
 AFTER_HIT = 1e-6
@@ -92,7 +92,6 @@ def look_at(reduced: ReducedModel, motion: SampledMotion, aspect: float) -> View
 
 
 def in_view(reduced: ReducedModel, motion: SampledMotion, highlight: Collection[str] = ()) -> Floats:
-    """Return points around robot, tool paths and highlighted objects, shape (k, 3) [m]."""
     times = np.linspace(0.0, motion.duration, MOMENTS)
     along = np.array([motion(t) for t in times])
     cloud = visible_points(reduced, along, times=times, always=highlight)
@@ -154,7 +153,6 @@ def _moments(posed: PosedModel) -> Iterator[_Curves]:
 
 
 def _divided(line: Floats, longest: float) -> Floats:
-    """Return pieces of a line (2, 3) up to a length, shape (k, 2, 3)."""
     count = int(np.linalg.norm(line[1] - line[0]) / longest) + 1
     corners = line[0] + np.linspace(0.0, 1.0, count + 1)[:, None] * (line[1] - line[0])
     return np.stack((corners[:-1], corners[1:]), axis=1)
@@ -171,7 +169,6 @@ def _near(curves: _Curves) -> float:
 
 
 def _first_hits(posed: PosedModel, eye: Floats, rays: Floats, group: int) -> Floats:
-    """Return the first hits of rays with geometries of a group, as shares of the rays; infinite if none."""
     count = len(rays)
     geoms, shares = np.empty(count, np.int32), np.empty(count)
     mujoco.mj_multiRay(

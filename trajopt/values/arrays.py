@@ -39,16 +39,13 @@ def floats(
     *,
     infinite: bool = False,
 ) -> Floats:
-    """Copy `value` into a read-only float array and check it.
+    """Copy `value` into a read-only float array of a shape and check it.
 
     Args:
-        name: Name of the argument, for the error.
+        name: Of the argument, for the error.
         value: Anything that numpy can read.
         shape: Required shape; None matches any length.
         infinite: Whether infinities are allowed (NaN never is).
-
-    Returns:
-        A new read-only array of that shape.
 
     Raises:
         ShapeError: If the shape differs, or an entry is not finite, or is text or a truth value.
@@ -76,15 +73,11 @@ def floats(
 
 
 def indices(name: str, value: object, width: int, count: int) -> Ints:
-    """Copy `value` into an integer array of indices and check it.
+    """Copy rows of whole numbers into a fresh array of indices, shape (any, width), and check it.
 
     Args:
-        name: Name of the argument, for the error.
-        value: Rows of whole numbers: an integer array, or nested sequences of `int`.
+        name: Of the argument, for the error.
         count: Number of items that the indices select from.
-
-    Returns:
-        A fresh array of shape (any, width).
     """
     try:
         given = np.asarray(value)
@@ -107,12 +100,7 @@ def _holds_truth_values(rows: object) -> bool:
 
 
 def floats_of_any_shape(name: str, value: ArrayLike) -> Floats:
-    """Return a number or an array of numbers as a float array, at low cost.
-
-    Args:
-        name: Name of the argument, for the error.
-        value: Anything that numpy can read as whole or real numbers.
-    """
+    """Return a number or an array of numbers as a float array, at low cost."""
     try:
         given = np.asarray(value)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:

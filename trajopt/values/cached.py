@@ -20,9 +20,8 @@ Made = TypeVar("Made")
 def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
     """Return a function that computes its result once for each value, as long as the value exists.
 
-    The result must be immutable, since all threads share it, and must not refer to the value, which would
-    then never be freed; use `cached_in_value` for that. Two threads that call it simultaneously may both
-    compute it.
+    The result must be immutable, and must not refer to the value, which would then never be freed; use
+    `cached_in_value` for that. Two threads that call it simultaneously may both compute it.
     """
     made: dict[int, tuple[ref[Owner], Made]] = {}
     atexit.register(made.clear)  # what the cores made must not outlive the interpreter
@@ -43,8 +42,8 @@ def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
 def cached_in_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
     """Return a function that computes its result once for each value, and stores it in the value.
 
-    The result may refer to the value: both are freed together. The value must have a `__dict__` whose cached
-    entries are left out of copies and pickles. Otherwise as `cached_per_value`.
+    The result may refer to the value: both are freed together. The value's `__dict__` must leave cached
+    entries out of copies and pickles.
     """
     name = f"{make.__module__}.{make.__qualname__}"
 
@@ -65,8 +64,8 @@ Value = TypeVar("Value")
 class LruCache(Generic[Key, Value]):
     """The values of the most recently used keys.
 
-    Keys are compared one by one, so they need no hash, and long shared keys compare quickly. Threads may
-    share a cache: entries are replaced as a whole, so at worst a value is computed twice.
+    Keys are compared one by one, so they need no hash. Threads may share a cache: at worst a value is
+    computed twice.
     """
 
     def __init__(self, size: int) -> None:
@@ -105,7 +104,6 @@ def cached_arrays(
     Args:
         kind: First part of the file's name.
         key: All inputs of the computation, including the version of the algorithm.
-        names: Names of the arrays.
         make: Computes the arrays.
     """
     digest = hashlib.sha256()

@@ -78,8 +78,8 @@ class Places(Value):
 class Curve(Value):
     """A path through space that a frame can be required to follow; pieces joined end to end.
 
-    Locations are given by s, the length along the curve [m]: the length of the point's path, or `TURN_LENGTH`
-    times the angle if that is larger.
+    Locations are given by s, the length along the curve [m]: of the point's path, or `TURN_LENGTH` times the
+    angle if that is larger.
 
     Attributes:
         pieces: In order; each starts at the end of the previous one.
@@ -176,16 +176,9 @@ def joined(curves: Sequence[Curve]) -> Curve:
 
 
 def bezier(control: Floats, u: Floats) -> Floats:
-    """Evaluate a Bezier polynomial by de Casteljau's algorithm.
+    """Evaluate a Bezier polynomial of control points (d + 1, k) at parameters (s,), shape (s, k).
 
-    Source: Farin, Curves and Surfaces for CAGD, section 4.2.
-
-    Args:
-        control: Control points, shape (d + 1, k).
-        u: Parameters, shape (s,).
-
-    Returns:
-        Shape (s, k).
+    By de Casteljau's algorithm. Source: Farin, Curves and Surfaces for CAGD, section 4.2.
     """
     weight = u[:, None, None]
     level = np.broadcast_to(control, (len(u), *control.shape))

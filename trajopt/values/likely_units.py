@@ -74,14 +74,7 @@ def stated_angles(
 
 
 def meant_in_joint(joint: str, value: float, lower: float, upper: float, unit: str) -> str:
-    """Suggest the likely unit of a joint position beyond its limits; empty without a likely one.
-
-    Args:
-        value: The position [rad | m].
-        lower: Its lower limit.
-        upper: Its upper limit.
-        unit: "rad" or "m".
-    """
+    """Suggest the likely unit of a joint position beyond its limits [rad | m]; empty without a likely one."""
     beyond = max(lower - value, value - upper)
     if unit == "rad" and beyond > WHOLE_TURN and lower <= np.deg2rad(value) <= upper:
         return f"; were degrees meant? {joint} at {value:g} deg is inside (degrees=True takes degrees)"
@@ -91,24 +84,14 @@ def meant_in_joint(joint: str, value: float, lower: float, upper: float, unit: s
 
 
 def meant_at_distance(distance: float, room: float) -> str:
-    """Suggest millimetres for a place out of reach; empty if that is unlikely.
-
-    Args:
-        distance: Its distance [m].
-        room: The largest possible distance [m].
-    """
+    """Suggest millimetres for a place at a distance [m] beyond the largest possible; empty if unlikely."""
     if SHARE * room <= distance / 1e3 <= room:
         return "; were millimetres meant? Lengths are in metres"
     return ""
 
 
 def meant_at_speed(speed: float, limit: float, unit: str) -> str:
-    """Suggest degrees or millimetres for a speed beyond its limit; empty if that is unlikely.
-
-    Args:
-        speed: The speed or acceleration, positive.
-        unit: Their unit, in radians or metres.
-    """
+    """Suggest degrees or millimetres for a speed beyond its limit; empty if that is unlikely."""
     name, size = ("degrees", np.degrees(1.0)) if unit.startswith("rad") else ("millimetres", 1e3)
     if SHARE * limit <= speed / size <= limit:
         return f"; were {name} meant? It is given in {unit}"
@@ -116,36 +99,21 @@ def meant_at_speed(speed: float, limit: float, unit: str) -> str:
 
 
 def warn_of_far_object(name: str, xyz: Floats) -> None:
-    """Warn of an object that is farther away than the largest shape.
-
-    Args:
-        name: Name of the object.
-        xyz: Its position in its frame, shape (3,) [m].
-    """
+    """Warn of an object that is farther away than the largest shape."""
     if float(np.linalg.norm(xyz)) > FARTHEST_OBJECT:
         metres, fewer = (", ".join(f"{value:g}" for value in (size * xyz).tolist()) for size in (1.0, 1e-3))
         warn_of_unit(f"{name} is ({metres}) m: were millimetres meant? Lengths are in metres: ({fewer})")
 
 
 def warn_of_wide_mesh(name: str, vertices: Floats) -> None:
-    """Warn of a mesh that is wider than a robot cell.
-
-    Args:
-        name: Name of the object.
-        vertices: Its corners, shape (n, 3) [m].
-    """
+    """Warn of a mesh that is wider than a robot cell."""
     width = float(np.ptp(vertices, axis=0).max(initial=0.0)) if len(vertices) else 0.0
     if width > WIDE_MESH:
         warn_of_unit(f"{name} is {width:g} m wide: were millimetres meant? Then load_mesh(path, scale=0.001)")
 
 
 def warn_of_far_apart(name: str, distance: float) -> None:
-    """Warn of a clearance that no arm can keep from its work.
-
-    Args:
-        name: Name of the clearance.
-        distance: Its value [m].
-    """
+    """Warn of a clearance [m] that no arm can keep from its work."""
     if distance >= FAR_APART:
         warn_of_unit(
             f"{name} is {distance:g} m: were millimetres meant? Lengths are in metres: {distance / 1e3:g}"
@@ -153,21 +121,12 @@ def warn_of_far_apart(name: str, distance: float) -> None:
 
 
 def meant_at_depth(depth: float) -> str:
-    """Suggest millimetres for an object that the arm is deep inside; empty if that is unlikely.
-
-    Args:
-        depth: Penetration depth [m].
-    """
+    """Suggest millimetres for an object that the arm is deep inside [m]; empty if that is unlikely."""
     return "; were millimetres meant? Lengths are in metres" if depth > DEEP else ""
 
 
 def warn_of_wide_tolerance(name: str, tolerance: ArrayLike) -> None:
-    """Warn of a tolerance that covers the whole reach of an arm.
-
-    Args:
-        name: Name of the tolerance.
-        tolerance: One for all axes or one for each [m]; infinite ones are accepted without a warning.
-    """
+    """Warn of a tolerance [m] that covers the whole reach of an arm; infinite ones are accepted."""
     given = np.asarray(tolerance, dtype=np.float64)
     wide = given[np.isfinite(given) & (given >= WIDE)]
     if wide.size:
@@ -178,13 +137,7 @@ def warn_of_wide_tolerance(name: str, tolerance: ArrayLike) -> None:
 
 
 def warn_of_fast_limit(name: str, limit: float, unit: str) -> None:
-    """Warn of a speed limit that no arm comes near.
-
-    Args:
-        name: Name of the limit.
-        limit: The limit; inf for none.
-        unit: "m/s" or "rad/s".
-    """
+    """Warn of a speed limit ("m/s" or "rad/s") that no arm comes near."""
     if FASTEST[unit] <= limit < np.inf:
         meant = f"millimetres meant? Speeds are in m/s: {limit / 1e3:g}"
         if unit == "rad/s":

@@ -54,11 +54,7 @@ MOVED: Mapping[str, str] = {
 
 
 def new_name(old: str) -> str | None:
-    """Return the new name of a renamed module; None for any other name.
-
-    Args:
-        old: Dotted name that begins with `trajopt.`.
-    """
+    """Return the new name of a renamed module `trajopt.*`; None for any other name."""
     parts = old.split(".")[1:]
     for count in range(len(parts), 0, -1):
         moved = MOVED.get(".".join(parts[:count]))

@@ -161,7 +161,7 @@ def as_placement(name: str, value: PlacementLike) -> Placement:
     """Convert an argument to a placement.
 
     Args:
-        name: Name of the argument, for the error.
+        name: Of the argument, for the error.
         value: A `Placement` (returned itself), a `pinocchio.SE3`, a homogeneous matrix of shape (4, 4), or
             a pair (position [m], quaternion (x, y, z, w)).
 

@@ -105,10 +105,9 @@ ON_AXIS = float(np.cos(np.deg2rad(0.5)))
 
 
 def in_direction(direction: Floats, reference: str) -> str:
-    """Print a direction: "up", "along -x", "along (0.5, 0, -0.866), 60 deg down".
+    """Print a unit vector (3,): "up", "along -x", "along (0.5, 0, -0.866), 60 deg down".
 
     Args:
-        direction: Unit vector in the reference, shape (3,).
         reference: "world", whose z is up, or the name of another frame.
     """
     coordinates = direction.tolist()
@@ -140,15 +139,7 @@ def _numbers(values: Floats) -> str:
 
 
 def aligned(rows: Sequence[Sequence[str]], *, right: frozenset[int]) -> list[str]:
-    """Pad the cells of each column to one width.
-
-    Args:
-        rows: Rows of equal length.
-        right: Right-aligned columns.
-
-    Returns:
-        One line for each row, without trailing blanks.
-    """
+    """Return rows as lines with columns padded to one width; `right` ones are right-aligned."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     return [
         "  ".join(

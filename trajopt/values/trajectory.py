@@ -67,7 +67,7 @@ _LARGEST = 1e100
 LONGEST = 1e9
 """Longest duration of a trajectory: thirty years [s]."""
 _MOST_SAMPLES = 1_000_000
-"""More samples are a mistake in the rate: this is a quarter of an hour at 1 kHz."""
+"""More samples are a mistake in the rate: a quarter of an hour at 1 kHz."""
 _LEAST_STEP = 0.01
 """Smallest last step, as a share of a step: over a shorter one, rounding of positions appears as
 acceleration.
@@ -212,9 +212,9 @@ class Trajectory(Value):
         """Return the motion at a fixed rate, for a controller.
 
         The times are 0, 1/hz, 2/hz, ... and the duration, so the last step may be shorter than the others, or
-        longer by a hundredth; positions, velocities and accelerations have shape (k, n), and the last row is
-        exactly the end. At these times the values are exact; between them the result is a quintic that
-        approximates the motion. `judge` checks whether it still meets all requirements.
+        longer by a hundredth; positions, velocities and accelerations have shape (k, n). At these times the
+        values are exact; between them the result is a quintic that approximates the motion. `judge` checks
+        whether it still meets all requirements.
 
         Args:
             hz: Samples per second [1/s].
@@ -238,11 +238,7 @@ class Trajectory(Value):
         return Trajectory(self.joint_names, times, *rows)
 
     def as_dict(self) -> dict[str, object]:
-        """Return `joint_names` and `points` as plain data, for `trajopt.files.moveit.read_trajectory`.
-
-        Each point has `time_from_start` [s] and `positions`, and `velocities` and `accelerations`
-        if the trajectory has them.
-        """
+        """Return `joint_names` and `points` as plain data, for `trajopt.files.moveit.read_trajectory`."""
         columns = (
             ("positions", self.positions),
             ("velocities", self.velocities),
@@ -356,19 +352,16 @@ def _hermite(trajectory: Trajectory) -> Floats:
 
 
 def refined(times: Floats, knots: Floats, coefficients: Floats, degree: int) -> Floats:
-    """Return piecewise polynomials on finer pieces, by Taylor's formula.
+    """Return piecewise polynomials on finer pieces, by Taylor's formula, shape (degree, k, n).
 
     They are constant outside their own times.
 
     Args:
-        times: Ends of the k finer pieces, which include all inner ends of the coarse pieces, shape (k + 1,)
+        times: Ends of the k finer pieces, which include all inner ends of the coarse ones, shape (k + 1,)
             [s].
         knots: Ends of the j coarse pieces, shape (j + 1,) [s].
         coefficients: In the time since the start of each piece, highest power first, shape (d + 1, j, n).
         degree: Number of powers of the result, d + 1 or more.
-
-    Returns:
-        Shape (degree, k, n).
     """
     begins = times[:-1]
     piece = np.clip(np.searchsorted(knots, begins, side="right") - 1, 0, len(knots) - 2)
@@ -382,16 +375,9 @@ def refined(times: Floats, knots: Floats, coefficients: Floats, degree: int) -> 
 
 
 def state_of(trajectory: Trajectory, t: float) -> Floats:
-    """Return positions, velocities and accelerations at a time, which is clipped to the duration.
+    """Return positions, velocities and accelerations at a time [s], clipped to the duration, shape (3, n).
 
     As `trajectory(t, order)` for three orders; at the ends exactly the stated values, if there are any.
-
-    Args:
-        trajectory: Of n joints.
-        t: Time [s].
-
-    Returns:
-        Shape (3, n).
     """
     times, duration = trajectory.times, trajectory.duration
     velocities, accelerations = trajectory.velocities, trajectory.accelerations

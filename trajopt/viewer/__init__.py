@@ -2,9 +2,9 @@
 
 `view` serves a page with the robot, its surroundings and a time slider (extra `view`), `watch_run` a page of
 a running execution, `view_run` of its recording, `live_view` a page for planning by hand, `mirror_view` a
-page of a remote robot, published by a `RunPublisher` or a server; `plot_motion` writes an image,
-`plot_path_time` the blocked intervals of a path, `plot_reach` a reach map, `draw_explanation` the cause of a
-failure. No other room depends on this one, except the command line and `ros`.
+page of a remote robot; `plot_motion` writes an image, `plot_path_time` the blocked intervals of a path,
+`plot_reach` a reach map, `draw_explanation` the cause of a failure. No other room depends on this one, except
+the command line and `ros`.
 """
 
 from trajopt.viewer.explained import draw_explanation as draw_explanation

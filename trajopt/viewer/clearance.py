@@ -55,7 +55,7 @@ class ClearanceQuery:
 
     Attributes:
         timed: The dynamic obstacles; None in a static scene.
-        reduced: Robot and scene, with joints driven by time among dynamic obstacles.
+        reduced: With joints driven by time among dynamic obstacles.
     """
 
     def __init__(self, reduced: ReducedModel, duration: float) -> None:
@@ -71,21 +71,11 @@ class ClearanceQuery:
         return positions if self.timed is None else self.timed.positions(positions, times)
 
     def nearest(self, t: float, positions: Floats) -> Nearest | None:
-        """Return the pair with the least clearance beyond the required one, or None without pairs.
-
-        Args:
-            t: Time [s].
-            positions: The group's at that time, shape (n,) [rad | m].
-        """
+        """Return the pair with the least clearance beyond the required one at a time [s], if any."""
         return next(iter(self.nearest_pairs(t, positions, 1)), None)
 
     def nearest_pairs(self, t: float, positions: Floats, count: int) -> tuple[Nearest, ...]:
-        """Return the pairs with the least clearance beyond the required one, the nearest first.
-
-        Args:
-            t: Time [s].
-            positions: The group's at that time, shape (n,) [rad | m].
-        """
+        """Return the pairs with the least clearance beyond the required one at a time [s], in order."""
         pairs, moment = self.reduced.pairs, np.array([t])
         checked, error = ~self.meant(moment)[0], self.error(moment)[0]
         at, nearest = self.positions(moment, positions[None]), dict[frozenset[str], Nearest]()
@@ -109,15 +99,12 @@ class ClearanceQuery:
         return tuple(nearest.values())
 
     def smallest(self, times: Floats, positions: Floats, reach: float) -> Mapping[ClearanceKind, Floats]:
-        """Return the smallest clearance of each kind of pair over time.
+        """Return the smallest clearance of each kind of pair over time, shape (S,) [m]; inf beyond `reach`.
 
         Args:
             times: Shape (S,) [s].
-            positions: The group's at those times, shape (S, n) [rad | m].
+            positions: The group's, shape (S, n) [rad | m].
             reach: Larger clearances are not measured [m].
-
-        Returns:
-            For each kind that has pairs, shape (S,) [m]; inf beyond `reach`.
         """
         kinds = self.kinds()
         errors = self.error(times)
@@ -135,7 +122,6 @@ class ClearanceQuery:
         return result
 
     def meant(self, times: Floats) -> Bools:
-        """Return whether each pair is excused at each time: by intended contact or absence, (S, pairs)."""
         pairs = self.reduced.pairs
         result = np.zeros((len(times), len(pairs.first)), dtype=bool)
         for pair, allowance in pairs.allowances:
@@ -197,15 +183,14 @@ class MotionSamples:
         times: Shape (S,) [s].
         position_shares: -1 at the lower limit, 1 at the upper; half turns without limits, (S, n).
         velocity_shares: Velocities divided by their limits, shape (S, n).
-        acceleration_shares: Accelerations divided by their limits, shape (S, n).
+        acceleration_shares: Likewise, shape (S, n).
         unlimited: Names of the joints without position limits.
-        clearance_times: Times at which clearances were measured, shape (C,) [s].
+        clearance_times: Shape (C,) [s].
         clearances: Smallest clearance of each kind of pair, shape (C,) [m]; inf beyond `REACH`.
         required: The required clearances, each once, without zero [m].
         margins: The margins of the optimiser, each once [m].
         windows: Start [s], end [s] and name of the intervals with intended contact.
         tightest: Time [s], clearance [m] and names of the tightest pair; None beyond `REACH`.
-        tilts: One for each axis alignment.
     """
 
     joint_names: tuple[str, ...]

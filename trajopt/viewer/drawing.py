@@ -63,7 +63,6 @@ class Drawing:
         """Draw everything at the start.
 
         Args:
-            reduced: Robot and scene, with joints driven by time among dynamic obstacles.
             root: Name of the root node, if a page has several; empty for the page's own.
             robot: Whether to draw the robot and the floor.
             objects: Whether to draw the objects.
@@ -186,7 +185,6 @@ class Drawing:
             )
 
     def _draw_robot(self) -> None:
-        """Draw each link by its visual elements, or else by its collision shapes."""
         robot = self._reduced.scene.robot
         for number, link in enumerate(robot.links):
             joint, where = self._reduced.attachment(link)
@@ -430,7 +428,6 @@ def surface(shape: Shape) -> Surface:
 
 
 def _profile(shape: Sphere | Capsule | Cylinder | Cone) -> list[tuple[float, float]]:
-    """Return (r, z) from the lower pole to the upper; points at sharp edges are doubled for their shading."""
     r = shape.radius
     if isinstance(shape, Sphere):
         return _arc(r, 0.0, -90.0, 90.0)
@@ -452,7 +449,6 @@ def _arc(radius: float, height: float, begin: float, end: float) -> list[tuple[f
 
 
 def _revolve(profile: Sequence[tuple[float, float]]) -> Surface:
-    """Turn a profile of (r, z), from the lower pole to the upper, about the z axis."""
     angles = np.linspace(0.0, 2 * np.pi, SECTORS, endpoint=False)
     circle = np.stack((np.cos(angles), np.sin(angles)), axis=1)
     vertices = np.concatenate([np.column_stack((r * circle, np.full(SECTORS, z))) for r, z in profile])
@@ -523,11 +519,7 @@ CLOSE = 0.03
 
 
 def telling_pairs(clearance: ClearanceQuery, positions: Floats, count: int) -> tuple[Nearest, ...]:
-    """Return the nearest pairs at a posture, the nearest first.
-
-    Args:
-        positions: Of the group, shape (n,) [rad | m].
-    """
+    """Return the nearest pairs at a posture (n,) [rad | m], the nearest first."""
     found = clearance.nearest_pairs(0.0, positions, MEASURED)
     objects = clearance.reduced.scene.objects.keys()
     apart = [each for each in found if each.distance < CLOSE or not objects.isdisjoint(each.owners)]

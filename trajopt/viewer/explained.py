@@ -35,8 +35,6 @@ MOMENT = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """The drawn configurations in order, shape (k, n), and the index of the solid one."""
-
     configurations: Floats
     ghosts: tuple[float, ...]
     solid: float
@@ -49,17 +47,13 @@ def draw_explanation(
     """Draw the cause of a failure: the configuration that shows it, with the pair in contact in red.
 
     Translucent: the nearest free configuration, or else the best path, or the start; for a plan its motion. A
-    dynamic obstacle is drawn in the middle of the interval during which it blocks. The text is above the
-    picture.
+    dynamic obstacle is drawn in the middle of the interval during which it blocks.
 
     Args:
         explanation: From `Result.explain`.
         path: The PNG file.
         width: Of the picture without the text [pixels].
         height: Of the picture without the text [pixels].
-
-    Returns:
-        The path.
 
     Raises:
         FileFormatError: If the suffix is not an image format, or the folder does not exist.
@@ -86,7 +80,6 @@ def draw_explanation(
 
 
 def _with_goals(problem: Problem, clock: float) -> ReducedModel:
-    """Return the reduced model at a time of the scene's clock [s], with a ball at every required position."""
     scene = problem.scene.at(clock) if problem.scene.changing else problem.scene
     for goal in problem.goals:
         if isinstance(goal, FramePlacement) and problem.scene.holder(goal.reference).link == WORLD:
@@ -98,7 +91,6 @@ def _with_goals(problem: Problem, clock: float) -> ReducedModel:
 
 
 def _clock(explanation: Explanation) -> float:
-    """Return the time of the first obstacle, in the middle of its interval if that ends [s]."""
     for block in explanation.blocks:
         if block.begin is not None:
             end = block.begin if block.end is None or block.end == inf else block.end

@@ -87,8 +87,8 @@ class GuardedServer(ViserServer):
 def _asking(guard: PageGuard) -> Generator[None]:
     """Make a viser server that starts within this context consult a guard before each answer.
 
-    viser has no hook for this, so while it starts, the name `websockets` of its module is bound to a
-    namespace whose `serve` consults the guard.
+    viser has no hook for this, so the name `websockets` of its module is bound to a namespace whose `serve`
+    consults the guard.
     """
     infra: Any = import_module("viser.infra._infra")
     original: Any = infra.websockets

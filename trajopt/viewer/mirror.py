@@ -70,10 +70,6 @@ class RemoteState(Value):
 def state_of(node: Node, joints: int) -> RemoteState:
     """Return the state in a document.
 
-    Args:
-        node: The document.
-        joints: Number of the robot's joints.
-
     Raises:
         FileFormatError: If its content is invalid.
         ShapeError: If the positions are not one finite number for each joint.
@@ -401,10 +397,7 @@ class RunPublisher:
 
 
 def _handler_of(publisher: RunPublisher, host: str) -> type[BaseHTTPRequestHandler]:
-    """Return the handler of requests; on this machine only for its own host names.
-
-    Otherwise a page of another site could use a name that resolves to this machine.
-    """
+    """Return the handler of requests; on this machine only for its own host names (DNS rebinding)."""
 
     class Handler(BaseHTTPRequestHandler):
         timeout = TIMEOUT

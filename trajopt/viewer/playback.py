@@ -200,7 +200,7 @@ def view(
     Args:
         motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
         trajectory: The motion of the group's joints; the plan's own if None.
-        port: Port to serve on; the next free one if it is taken.
+        port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Returns:

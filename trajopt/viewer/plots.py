@@ -49,17 +49,14 @@ def plot_motion(
     constraints: Sequence[Requirement] = (),
     title: str = "",
 ) -> Path:
-    """Draw a motion over time: joint positions, speeds, clearance, and tilt or accelerations.
+    """Draw a motion over time: positions, speeds, clearance, and tilt or accelerations; return the path.
 
     Args:
-        trajectory: The motion of the group's joints.
+        trajectory: Of the group's joints.
         path: The image; its suffix selects the format (PNG without one).
-        limits: Limits of the motion; the robot's own if None.
+        limits: The robot's own if None.
         constraints: Path constraints; axis alignments are drawn.
         title: Heading of the image.
-
-    Returns:
-        The path of the image.
 
     Raises:
         ShapeError: If the trajectory moves other joints than the group's.
@@ -120,7 +117,6 @@ def _draw_joints(axes: "Axes", samples: MotionSamples, values: Floats, *, labell
 
 
 def _draw_positions(axes: "Axes", samples: MotionSamples) -> None:
-    """Draw positions in their ranges: -1 is the lower limit, 1 the upper."""
     _draw_joints(axes, samples, samples.position_shares, labelled=True)
     extent = max(1.1, 1.05 * float(np.abs(samples.position_shares).max()))
     axes.set_ylim(-extent, extent)
@@ -137,7 +133,6 @@ def _draw_shares(axes: "Axes", samples: MotionSamples, shares: Floats, label: st
 
 
 def _draw_clearance(axes: "Axes", samples: MotionSamples) -> None:
-    """Draw the smallest clearances: about linear up to the largest margin, logarithmic beyond."""
     unit, top = 1000.0, 1000.0 * REACH
     linear = max([1.0, *(unit * margin for margin in samples.margins)])
     lowest = 0.0
@@ -213,16 +208,13 @@ def plot_path_time(
     """Draw when each part of a plan's path is blocked, by which obstacle, and how the motion passes.
 
     The robot waits on level parts of the line and hurries on steep ones; a line through a region would be a
-    collision. The regions are sampled (`trajopt.planning.forbidden_times`); the proof is in the certificate.
+    collision. The regions are sampled (`trajopt.planning.forbidden_times`).
 
     Args:
         plan: The plan, or a result that has one.
         path: The image; its suffix selects the format (PNG without one).
         until: End of the time axis [s]; 1.5 times the duration of the motion if None.
         title: Heading of the image.
-
-    Returns:
-        The path of the image.
 
     Raises:
         PlanningFailed: If the result has no plan.
@@ -253,7 +245,6 @@ def plot_path_time(
 
 
 def _draw_regions(axes: "Axes", shown: PathTime) -> None:
-    """Fill the blocked cells, each obstacle in its colour; the links of a robot count as one."""
     things = dict.fromkeys(name.split("/")[0] for name in shown.objects)
     picture = np.zeros((*shown.blocked.shape, 4))
     for count, thing in enumerate(things):
@@ -275,17 +266,14 @@ CUTS = ((1, 0, 2), (0, 1, 2), (2, 0, 1))
 
 @checked
 def plot_reach(reach: ReachMap, path: Path | str) -> Path:
-    """Draw three cuts through the middle of a reach map, twice.
+    """Draw three cuts through the middle of a reach map, twice; return the path.
 
     The upper row shows the share of directions from which a cell was reached, the lower one the largest
-    manipulability in it; unreached cells are white. The upright cuts go through the origin (a cross)
-    if it is inside, the level one through the layer with most directions.
+    manipulability in it; unreached cells are white. The upright cuts go through the origin (a cross) if it is
+    inside, the level one through the layer with most directions.
 
     Args:
         path: The image; its suffix selects the format (PNG without one).
-
-    Returns:
-        The path of the image.
 
     Raises:
         FileFormatError: If the suffix is not an image format.
@@ -356,14 +344,7 @@ WIDTH = 10.0
 
 
 def comparison_figures(runs: Sequence[RunOutcome]) -> Mapping[str, str]:
-    """Draw a comparison.
-
-    Args:
-        runs: The runs of all methods.
-
-    Returns:
-        Caption -> PNG as a data URI; paths only if there are any.
-    """
+    """Draw a comparison: caption -> PNG as a data URI; paths only if there are any."""
     styles = {
         solver: (hexadecimal(LINES[number % len(LINES)]), DASHES[number // len(LINES) % len(DASHES)])
         for number, solver in enumerate(dict.fromkeys(run.solver for run in runs))

@@ -62,11 +62,6 @@ def joints_html(limits: JointLimits, positions: Floats, revolute: tuple[bool, ..
 
 
 def events_html(events: Sequence[Event], shown: int) -> str:
-    """Return the last events, the latest first.
-
-    Args:
-        events: In the order of time.
-    """
     rows = [
         f'<tr><td style="text-align:right;padding-right:0.8em;vertical-align:top">{event.time:.2f} s</td>'
         f"<td><b>{escape(event.kind.value)}</b>{': ' + escape(event.words) if event.words else ''}</td></tr>"

@@ -120,14 +120,11 @@ EVENTS = 8
 
 @checked
 def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1") -> "RunViewer":
-    """Serve a page that shows a recorded run; returns immediately.
+    """Serve a page that shows a recorded run; returns immediately: open its `url`; `wait()` blocks.
 
     Args:
-        port: Port to serve on; the next free one if it is taken.
+        port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
-
-    Returns:
-        The viewer: open its `url` in a browser; `wait()` keeps a script alive.
 
     Raises:
         MissingExtra: If viser is not installed.

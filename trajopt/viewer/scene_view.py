@@ -59,12 +59,10 @@ class SceneView:
             self.drawing.draw_halos(self.clearance.timed)
 
     def kinematics(self, time: float, positions: Floats) -> JointPlacements:
-        """Return the placements of all joints at a time [s], for the group's positions, shape (n,)."""
         at = self.clearance.positions(np.array([time]), positions[None])
         return self.clearance.query.kinematics(at)
 
     def show(self, time: float, positions: Floats) -> Nearest | None:
-        """Show it at a time [s], for the group's positions, shape (n,); return the nearest pair."""
         self.nearest = self.clearance.nearest(time, positions)
         with self._server.atomic():
             self.drawing.move(self.kinematics(time, positions))

@@ -1,8 +1,8 @@
 """The browser as an input of a servo: sliders for tool and joints, a gizmo, a speed, a dead man's button.
 
-The robot follows while the button is held, and stops when it is released, or when the page or its connection
-is lost. Sliders range from -1 to 1, as sticks do: `ServoOptions.scaling` and `turning` convert to m/s and
-rad/s. The gizmo is the target placement of the tool.
+The robot follows while the button is held, and stops when it is released, or the connection is lost. Sliders
+range from -1 to 1: `ServoOptions.scaling` and `turning` convert to m/s and rad/s. The gizmo is the target
+placement of the tool.
 """
 
 import threading

@@ -30,8 +30,8 @@ def answer_of(
     """Return the answer of a script that reads a request from standard input.
 
     Args:
-        script: The script. It writes its answer to standard output and exits with 0, or writes the reason and
-            exits with `REFUSED`.
+        script: Writes its answer to standard output and exits with 0, or writes the reason and exits with
+            `REFUSED`.
         environment: Environment variables of the script; those of this process if None.
         seconds: Largest CPU time [s]; the wall-clock limit is twice that.
         memory: Largest address space [bytes].

@@ -38,9 +38,7 @@ Form = Callable[[Node], object]
 
 
 def kinds_in(places: Mapping[str, str]) -> Kinds:
-    """Return classes by name.
-
-    A name stays when its class moves: then the class's new module is written beside it.
+    """Return classes by name; a name stays when its class moves.
 
     Args:
         places: The names of classes, separated by blanks, by their module.
@@ -298,7 +296,6 @@ def _check_members(kind: type[Any], given: Mapping[str, Any]) -> None:
 
 @cache
 def _hints(kind: type[Any]) -> Mapping[str, Any]:
-    """Return the annotations of a class; none if only type checkers import the names in them."""
     try:
         return get_type_hints(kind)
     except NameError:

@@ -136,12 +136,11 @@ def refuse_deep_nesting(path: Path | str, text: str) -> None:
 def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]:
     """Yield the name of a temporary file, which replaces the file if the block succeeds.
 
-    Each call has its own temporary file, so processes and threads may write one file simultaneously: the last
-    to finish wins. Missing folders are created; a failed block leaves nothing.
+    Processes and threads may write one file simultaneously: the last to finish wins. Missing folders are
+    created; a failed block leaves nothing.
 
     Args:
-        durable: Whether to flush the file to disk, so that it survives a power failure; takes some
-            milliseconds.
+        durable: Whether the file survives a power failure; takes some milliseconds.
 
     Raises:
         FileFormatError: If the file cannot be written.

@@ -1,7 +1,7 @@
 """Errors of misuse: typed, naming the offender and likely alternatives.
 
-A problem without a plan is not an error but a `Status`. Each class also derives from the builtin exception
-that it refines. `UnitWarning` is for numbers that are accepted although another unit is likely.
+A problem without a plan is a `Status`, not an error. Each class also derives from the builtin exception that
+it refines.
 """
 
 import sys
@@ -104,8 +104,6 @@ class NameNotFound(ModelError, KeyError):
         """Find the near matches of a name among the known ones.
 
         Args:
-            kind: Kind of the named thing.
-            known: Known names of this kind.
             left_out: The reason why an entry of this name in a file was skipped.
             objects: Objects that would be valid too; the nearest is named if it is nearer than all known
                 names.
@@ -393,7 +391,6 @@ class _Short(Repr):
         self.maxstring = self.maxother = self.maxlong = SHOWN_LENGTH
 
     def repr_int(self, x: int, level: int) -> str:
-        """Show a whole number; Python refuses to print one of thousands of digits."""
         return repr(x) if x.bit_length() < 200 else f"a whole number of {x.bit_length()} bits"
 
     def repr_ndarray(self, x: Any, level: int) -> str:
@@ -406,14 +403,7 @@ class _Short(Repr):
 
 
 def shown(value: object) -> str:
-    """Return the repr of a value, shortened before it is built.
-
-    Args:
-        value: Any value, however large, deep or recursive.
-
-    Returns:
-        At most `SHOWN_LENGTH` characters.
-    """
+    """Return the repr of a value, however large, deep or recursive, in at most `SHOWN_LENGTH` characters."""
     text = _Short().repr(value)
     return text if len(text) <= SHOWN_LENGTH else f"{text[: SHOWN_LENGTH - 3]}..."
 
@@ -431,7 +421,6 @@ def unknown_attribute(owner: object, name: str, other_names: Mapping[str, str]) 
     """Return the error of an unknown attribute, with the name to use if it is known.
 
     Args:
-        name: The attribute.
         other_names: Name in another library -> the expression to use here.
     """
     words = f"{type(owner).__name__!r} object has no attribute {name!r}"

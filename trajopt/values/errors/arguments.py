@@ -97,7 +97,6 @@ def _unknown(target: Callable[..., Any], given: Mapping[str, Any], known: frozen
 
 
 def _option(kinds: "Kinds", arguments: Iterable[str], name: str) -> str:
-    """Return how to give an option that a function takes within another argument; empty if it has none."""
     for argument in arguments:
         for kind in _parts(kinds[argument][1]):
             if is_dataclass(kind) and name in {each.name for each in fields(kind)}:
@@ -218,7 +217,6 @@ def _is_number(value: object) -> bool:
 
 
 def _test_of_several(kind: type[object], inner: tuple[Any, ...]) -> Test:
-    """Return the test of a collection: not text, and with members of the right kind."""
     of_kind: tuple[type[object], ...] = (list, tuple) if kind in (list, tuple) else (kind, np.ndarray)
     record = kind is tuple and Ellipsis not in inner
     tests = tuple(map(_test, inner)) if record else (_test(inner[0]),)

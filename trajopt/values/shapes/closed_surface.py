@@ -21,8 +21,8 @@ HOLE = 5e-3
 class ClosedSurface:
     """The faces of a mesh that bound solids; open sheets have no inside and are left out.
 
-    Cavities count as outside if their faces point into them. A part with inconsistent face orientation counts
-    as its convex hull.
+    Cavities count as outside if their faces point into them. A part with inconsistent faces counts as its
+    convex hull.
 
     Attributes:
         triangles: Corners, counter-clockwise seen from outside, shape (k, 3, 3) [m], read-only.
@@ -81,7 +81,6 @@ def part_points(shape: Shape) -> Floats:
 
 
 def _twisted(faces: NDArray[np.int32], part: Ints, parts: int) -> Bools:
-    """Return the parts with an edge, not at a hole, that faces traverse in one direction, (parts,)."""
     directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     way = np.where(directed[:, 0] < directed[:, 1], 1, -1)
     _, edge, count = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -93,7 +92,6 @@ def _twisted(faces: NDArray[np.int32], part: Ints, parts: int) -> Bools:
 
 
 def _outward(vertices: Floats, faces: Ints, part: Ints) -> Ints:
-    """Flip the faces of inverted parts, except cavities in others; shape (k, 3)."""
     if not len(faces):
         return faces
     a, b, c = np.moveaxis(vertices[faces] - vertices.mean(axis=0), 1, 0)

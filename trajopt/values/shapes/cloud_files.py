@@ -249,7 +249,6 @@ def _npz(data: bytes) -> Floats:
 
 
 def _columns(array: NDArray[Any]) -> Floats:
-    """Return the first three columns of an array; of an image, (h, w, 3), its pixels in a row."""
     if array.ndim == 3:
         array = array.reshape(-1, array.shape[2])
     if array.ndim != 2 or array.shape[1] < 3 or array.dtype.kind not in "fiu":

@@ -67,9 +67,8 @@ class Points(Value):
     def thinned(self, cell: float) -> "Points":
         """Return fewer points with larger balls that contain every ball of this cloud.
 
-        Space is divided into cubes of edge v, and the points in each are replaced by the centre of their
-        bounding box. The radius grows by the largest distance of a point from its replacement: at most v *
-        sqrt(3) / 2, half the diagonal of a cube.
+        The points in each cube of edge v are replaced by the centre of their bounding box. The radius grows
+        by the largest distance of a point from its replacement: at most v * sqrt(3) / 2.
 
         Args:
             cell: Edge v of the cubes [m].
@@ -131,15 +130,10 @@ ROUNDED_UP = 1.0 + 1e-12
 
 
 def one_in_each_cell(points: Floats, cell: float) -> tuple[Floats, float]:
-    """Replace the points in each cube of a grid by one.
-
-    Args:
-        points: Shape (n, 3) [m].
-        cell: Edge of the cubes [m].
+    """Replace the points (n, 3) [m] in each cube of a grid by the centre of their bounding box, (m, 3).
 
     Returns:
-        Centre of the bounding box of the points of each cube, shape (m, 3) [m], in the order of the cubes;
-        and the largest distance of a point from its centre [m].
+        Also the largest distance of a point from its centre [m].
     """
     order, begins = _by_cell(points, cell)
     sorted_points = points[order]
@@ -152,7 +146,6 @@ def one_in_each_cell(points: Floats, cell: float) -> tuple[Floats, float]:
 
 
 def _by_cell(points: Floats, cell: float) -> tuple[Ints, Ints]:
-    """Return an order of the points by cube, and the first index of each cube in it."""
     keys: Ints = np.floor((points - points.min(axis=0)) / cell).astype(np.int64)
     span = keys.max(axis=0) + 1
     changes: Bools
@@ -265,9 +258,6 @@ MOST_SHOWN = 20_000
 def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Floats, Ints]:
     """Return triangles that show a cloud: an octahedron for each ball, and the outer faces of cubes.
 
-    Args:
-        most: Largest number of drawn balls or cubes.
-
     Returns:
         Vertices, shape (v, 3) [m], and faces, counter-clockwise seen from outside, shape (f, 3).
     """
@@ -304,12 +294,7 @@ def _cubes(cloud: Voxels) -> tuple[Floats, Ints]:
 
 
 def fewer(cloud: Points | Voxels, most: int) -> Points | Voxels:
-    """Return a coarser cloud with at most `most` balls or cubes, which contain the original ones.
-
-    Args:
-        cloud: The cloud; returned itself if it is small enough.
-        most: Largest number, at least 8, since 8 cells of any size meet at a corner.
-    """
+    """Return a coarser cloud with at most `most` (>= 8) balls or cubes, which contain the original ones."""
     while len(cloud) > most:
         if isinstance(cloud, Voxels):
             cloud = Voxels(cloud.keys >> 1, 2.0 * cloud.size)
@@ -319,7 +304,6 @@ def fewer(cloud: Points | Voxels, most: int) -> Points | Voxels:
 
 
 def _coarser(cloud: Points, most: int) -> Points:
-    """Thin a cloud by doubling the cell, from half a radius on, until it is small enough."""
     cell, thin = cloud.radius / 2.0, cloud
     while len(thin) > most:
         cell *= 2.0

@@ -79,18 +79,14 @@ class Mesh(Value):
         return len(self.faces) > 0 and bool(np.all(count == 2))
 
     def contains(self, points: Floats, *, opening: float = 1e-6) -> Bools:
-        """Return the points that lie in the solid: inside at least one closed part.
+        """Return the points (k, 3) [m] that lie in the solid: inside at least one closed part, shape (k,).
 
-        A part is a set of faces joined by edges; the even-odd rule along two generic directions decides, and
-        a third direction if these differ. So overlapping parts and wrongly oriented faces are harmless, and a
-        part within a part is not a cavity.
+        The even-odd rule along two generic directions decides, and a third direction if these differ. So
+        overlapping parts and wrongly oriented faces are harmless, and a part within a part is not a cavity.
 
         Args:
-            points: In the frame of the mesh, shape (k, 3) [m].
+            points: In the frame of the mesh.
             opening: Narrower holes [m] leave a part closed.
-
-        Returns:
-            Shape (k,). Open parts contain nothing.
         """
         points = floats("points", points, (None, 3))
         part, closed = self.parts(opening)
@@ -103,14 +99,7 @@ class Mesh(Value):
         return inside
 
     def distance(self, points: Floats) -> Floats:
-        """Return the distance of points to the surface, positive on both sides of it.
-
-        Args:
-            points: In the frame of the mesh, shape (k, 3) [m].
-
-        Returns:
-            Shape (k,) [m].
-        """
+        """Return the distance of points (k, 3) to the surface, positive on both sides, shape (k,) [m]."""
         points = floats("points", points, (None, 3))
         surface = coal.BVHModelOBBRSS()
         surface.beginModel(len(self.faces), len(self.vertices))
@@ -127,13 +116,10 @@ class Mesh(Value):
         return np.maximum(distances, 0.0)
 
     def parts(self, opening: float) -> tuple[Ints, Bools]:
-        """Number the parts, sets of faces joined by edges, and find the closed ones.
+        """Return the part of each face (m,), sets joined by edges, and whether each is closed (parts,).
 
         Args:
             opening: Narrower holes [m] leave a part closed.
-
-        Returns:
-            Part of each face, shape (m,), and whether each part is closed, shape (parts,).
         """
         opening = number("opening", opening, infinite=True)
         edges, face = _edges(self.faces), np.tile(np.arange(len(self.faces)), 3)
@@ -153,7 +139,6 @@ class Mesh(Value):
 
 
 def components(size: int, a: Ints, b: Ints) -> Ints:
-    """Number the connected components of `size` nodes that are linked a[i] - b[i]; shape (size,)."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -162,7 +147,6 @@ def components(size: int, a: Ints, b: Ints) -> Ints:
 
 
 def _edges(faces: NDArray[np.int32]) -> Ints:
-    """Return the directed edges of faces, shape (3 m, 2): all first ones, all second, all third."""
     return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
 
 
@@ -181,10 +165,7 @@ def _generic_frame() -> Floats:
 
 
 def _inside_along(frame: Floats, points: Floats, triangles: Floats, part: Ints) -> Bools:
-    """Return the points with an odd number of faces of some part above them, along the third axis.
-
-    Points are sorted into the cells of a grid across that axis; each triangle is tested with its cells only.
-    """
+    """Return the points with an odd number of faces of some part above them, along the third axis."""
     inside = np.zeros(len(points), dtype=np.bool_)
     if not len(points) or not len(triangles):
         return inside
@@ -211,14 +192,12 @@ def _inside_along(frame: Floats, points: Floats, triangles: Floats, part: Ints) 
 
 
 def _repeated(items: Ints, counts: Ints) -> tuple[Ints, Ints]:
-    """Return each item repeated by its count, and the numbers 0, 1, ... of its copies."""
     return np.repeat(items, counts), np.arange(int(counts.sum())) - np.repeat(
         np.cumsum(counts) - counts, counts
     )
 
 
 def _is_above(triangles: Floats, points: Floats) -> Bools:
-    """Return whether triangle i, of shape (k, 3, 3), lies above point i, of shape (k, 3), along z."""
     x, y = (triangles[:, :, axis] - points[:, None, axis] for axis in (0, 1))
     weight = np.roll(x, -1, axis=1) * np.roll(y, -2, axis=1) - np.roll(x, -2, axis=1) * np.roll(y, -1, axis=1)
     within = np.flatnonzero((weight > 0.0).all(axis=1) | (weight < 0.0).all(axis=1))
@@ -269,8 +248,6 @@ def load_mesh(path: Path | str, scale: float | tuple[float, float, float] = 1.0)
 
 
 def _triangles(path: Path, factors: Floats) -> tuple[Floats, NDArray[np.int32]]:
-    """Return assimp's vertices and faces; cached for files that refer to no other."""
-
     def read() -> Arrays:
         request = json.dumps({"file": str(path.absolute()), "scale": factors.tolist()})
         try:

@@ -226,10 +226,9 @@ def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
 def solids_near(
     shape: Shape, where: Placement, centre: Floats, reach: float
 ) -> list[tuple[Shape, Placement]]:
-    """Return the balls or cubes of a cloud that may touch a ball, each with its placement.
+    """Return the balls or cubes of a cloud that may touch a ball, each with its placement; others unchanged.
 
     Args:
-        shape: The cloud; any other shape is returned unchanged.
         centre: Of the ball, in the reference frame of the placement, shape (3,) [m].
         reach: Its radius [m].
     """

@@ -1,7 +1,6 @@
 """The live page: set a goal by hand, add objects, plan, scrub and execute.
 
-The state (`Workbench`, `Goal`), the planner (`Planner`) and the driver of the simulated robot (`Driver`) do
-not depend on the page, so they are tested without a browser.
+State, planner and driver do not depend on the page, so they are tested without a browser.
 """
 
 from trajopt.viewer.live.page import LiveView as LiveView

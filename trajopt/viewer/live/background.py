@@ -194,7 +194,6 @@ class Reaching:
 
 
 def _on_planes(points: Floats, now: Floats, base: Floats) -> NDArray[np.bool_]:
-    """Return the points on the level plane through the hand, or the upright one with the base."""
     ahead = (now - base)[:2]
     length = float(np.linalg.norm(ahead))
     aside = np.array((-ahead[1], ahead[0])) / length if length > CELL else np.array((0.0, 1.0))

@@ -119,11 +119,6 @@ class GoalDrawing:
         )
 
     def show(self, goal: Goal, query: Evaluator, now: np.ndarray) -> None:
-        """Show a goal.
-
-        Args:
-            now: Drawn positions of the robot, shape (n,) [rad | m].
-        """
         with self._server.atomic():
             self.gizmo.show(goal.placement)
             elsewhere = float(np.abs(goal.positions - now).max()) > SAME
@@ -145,8 +140,6 @@ OBJECT_GIZMO = 0.15
 
 @dataclass(eq=False)
 class _Drawn:
-    """An object in the page."""
-
     item: SceneObject
     frame: "FrameHandle"
     meshes: "list[MeshHandle]"
@@ -249,16 +242,13 @@ class EditedScene:
         self.robot = Drawing(server, reduced, self.kinematics(positions[None]), objects=False)
 
     def change(self, reduced: ReducedModel, positions: Floats) -> None:
-        """Draw the objects of another scene of the robot, for the group's positions, shape (n,)."""
         self._reduced, self.clearance = reduced, ClearanceQuery(reduced, LONG)
         self._objects.show(reduced, self.kinematics(positions[None]))
 
     def kinematics(self, positions: Floats) -> JointPlacements:
-        """Return the placements of all joints, for the group's positions, shape (k, n)."""
         return self.clearance.query.kinematics(positions)
 
     def show(self, positions: Floats, *, pairs: bool = True) -> None:
-        """Draw the robot at the group's positions, shape (n,), with or without its nearest pairs."""
         here = self.kinematics(positions[None])
         self.nearest = telling_pairs(self.clearance, positions, PAIRS) if pairs else ()
         with self._server.atomic():
@@ -270,6 +260,5 @@ class EditedScene:
         self._objects.choose(name)
 
     def line_of(self, frame: str, along: JointPlacements) -> Floats:
-        """Return the positions of a frame's origin in the world, shape (k, 3) [m]."""
         joint, held = self._reduced.attachment(frame)
         return along.rotation[:, joint] @ held.translation + along.translation[:, joint]

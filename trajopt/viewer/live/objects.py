@@ -79,11 +79,7 @@ def sizes_of(scene: Scene, name: str) -> Mapping[str, float]:
 
 
 def added(reduced: ReducedModel, kind: ObjectKind) -> tuple[Scene, str]:
-    """Add an object on the ground near the robot, without contact if possible.
-
-    Returns:
-        The scene with it, and its name.
-    """
+    """Return the scene with an object on the ground near the robot, if possible clear; and its name."""
     name = next(each for each in _names(kind) if each not in reduced.scene.objects)
     scenes = [reduced.scene.add(name, kind.shape, where) for where in _places(reduced, kind)]
     free = (scene for scene in scenes if _touches_nothing(scene, reduced))
@@ -156,7 +152,6 @@ def _height(shape: Sized) -> float:
 
 
 def _touches_nothing(scene: Scene, reduced: ReducedModel) -> bool:
-    """Return whether the last object of a scene is clear of the robot and of the bounds of the others."""
     there = reduce_model(scene, reduced.group, reduced.start)
     *others, last = (name for name in scene.objects if not is_carried(scene, name))
     mine = _bounds(scene, last)[0]
@@ -166,7 +161,6 @@ def _touches_nothing(scene: Scene, reduced: ReducedModel) -> bool:
 
 
 def _bounds(scene: Scene, name: str) -> list[Floats]:
-    """Return the lower and upper corner of each part of an object in the world, (2, 3) each [m]."""
     found: list[Floats] = []
     for shape, inner in scene.object(name).parts:
         if not isinstance(shape, Plane):

@@ -167,8 +167,8 @@ class Picture:
 
 
 BACK, ASIDE = 1.35, 0.16
-"""Factor on the camera distance, since the hand will move elsewhere, and shift to the left, as a share of the
-page's height, away from the controls.
+"""Factor on the camera distance, and shift to the left, as a share of the page's height, away from the
+controls.
 """
 
 
@@ -181,17 +181,13 @@ def live_view(
     port: int = 8080,
     host: str = "127.0.0.1",
 ) -> "LiveView":
-    """Serve a page for planning by hand; returns immediately.
+    """Serve a page for planning by hand; returns immediately: open its `url`; `wait()` keeps a script alive.
 
     Args:
-        scene: The robot and its surroundings.
         group: The group that moves; if empty the only one, or the first that ends in a hand.
         start: Configuration of the robot; by default each group in its first named state.
-        port: Port to serve on; the next free one if it is taken.
+        port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines use the page too.
-
-    Returns:
-        The page: open its `url` in a browser; `wait()` keeps a script alive.
 
     Raises:
         MissingExtra: If viser is not installed.
@@ -269,7 +265,6 @@ class LiveView(Served):
 
     @property
     def positions(self) -> Floats:
-        """Positions of the group's joints as they are drawn, shape (n,) [rad | m]."""
         return self._picture.positions
 
     @property
@@ -316,12 +311,9 @@ class LiveView(Served):
         self._ask_around("choose", lambda: self._objects.choose(name))
 
     def _ask_goal(self, name: str, change: Callable[[], None]) -> None:
-        """Queue a change of the goal; it replaces a waiting one of that name."""
         self._desk.do(name, lambda: self._change_goal(change))
 
     def _ask_around(self, name: str, change: Callable[[], None]) -> None:
-        """Queue a change of the objects; it replaces a waiting one of that name."""
-
         def edit() -> None:
             before = self._bench.scene
             change()
@@ -342,7 +334,6 @@ class LiveView(Served):
         self._show_goal()
 
     def _motion_changed(self) -> None:
-        """Show the goal in the posture in which a motion ends: the planner chooses the best that it finds."""
         motion = self._motion.motion
         if motion is not None:
             self._bench.take_posture(motion(motion.duration))

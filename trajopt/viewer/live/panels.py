@@ -223,7 +223,6 @@ class GoalPanel:
 
 
 def short(name: str, names: Sequence[str]) -> str:
-    """Remove from a name the words that all names begin with: a panel is narrow."""
     words = [WORD_ENDS.split(each) for each in names]
     common = 0
     while all(len(each) > common + 1 for each in words) and len({each[common] for each in words}) == 1:

@@ -1,7 +1,4 @@
-"""Workbench: the state of the live page: robot, objects and goal, as set by hand.
-
-It does not depend on the page that shows it.
-"""
+"""Workbench: the state of the live page, independent of it: robot, objects and goal, as set by hand."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -77,7 +74,6 @@ class Workbench:
 
     @property
     def states(self) -> Mapping[str, Floats]:
-        """Named states of the group: positions of its joints, shape (n,) [rad | m]."""
         robot, place = self.scene.robot, self.scene.robot.index(self._reduced.joint_names)
         names = (name for owner, name in robot.states if owner == self.group)
         return {name: robot.positions(name, group=self.group)[place] for name in names}
@@ -103,7 +99,6 @@ class Workbench:
         )
 
     def move_hand(self, placement: Placement) -> None:
-        """Set the goal of the hand in the world, in the posture nearest to the present goal."""
         self.goal = goal_of_hand(self._reduced, self.hand, placement, self.goal.positions, turned=self.turned)
 
     def move_joints(self, positions: Floats) -> None:
@@ -111,13 +106,11 @@ class Workbench:
         self.goal = goal_of_joints(self._reduced, self.hand, positions)
 
     def move_joint(self, joint: str, position: float) -> None:
-        """Set the goal of one joint [rad | m]; the others keep theirs."""
         positions = np.array(self.goal.positions)
         positions[self._reduced.joint_names.index(joint)] = position
         self.move_joints(positions)
 
     def take_posture(self, positions: Floats) -> None:
-        """Set the posture of the goal to the end of a motion, shape (n,) [rad | m]."""
         self.goal = in_posture(self._reduced, self.goal, positions)
 
     def count_orientation(self, turned: bool) -> None:
@@ -128,7 +121,6 @@ class Workbench:
         self.move_joints(self.positions)
 
     def stand(self, positions: Floats) -> None:
-        """Set the posture of the robot, shape (n,) [rad | m]; the goal stays."""
         self._start = readonly(self._reduced.all_positions(positions))
         self._renew(self.scene)
 
@@ -182,10 +174,9 @@ class Goal(Value):
 
     Attributes:
         placement: Of the hand, in the world.
-        positions: Of the group's joints: that of a posture with the hand there, or, where there is none, of
-            that which comes nearest, shape (n,) [rad | m].
+        positions: Of the group's joints, with the hand there or nearest to there, shape (n,) [rad | m].
         reachability: Whether the robot can stand so.
-        words: The same, with the reason, in a sentence or two.
+        words: The same, with the reason.
         required: The requirements at the end of a motion.
     """
 
@@ -202,7 +193,7 @@ def goal_of_hand(
     """Return the goal of a hand pose, in any posture.
 
     Args:
-        placement: Required placement in the world.
+        placement: In the world.
         near: Preferred posture of the group, shape (n,) [rad | m].
         turned: Whether the orientation counts; otherwise the position alone.
     """
@@ -230,18 +221,15 @@ def goal_of_hand(
 
 
 def goal_of_joints(reduced: ReducedModel, hand: str, positions: Floats) -> Goal:
-    """Return the goal that the group's joints are somewhere, shape (n,) [rad | m]."""
     named = dict(zip(reduced.joint_names, positions.tolist(), strict=True))
     return _judged(reduced, hand_at(reduced, hand, positions), positions, joint_positions(named))
 
 
 def in_posture(reduced: ReducedModel, goal: Goal, positions: Floats) -> Goal:
-    """Return a goal with another posture in which it is held, shape (n,) [rad | m]."""
     return _judged(reduced, goal.placement, positions, goal.required)
 
 
 def hand_at(reduced: ReducedModel, hand: str, positions: Floats) -> Placement:
-    """Return the hand's placement in the world for the group's positions, shape (n,) [rad | m]."""
     return reduced.scene.placement_of(hand, reduced.all_positions(positions))
 
 

@@ -220,7 +220,6 @@ def _tool(reduced: ReducedModel, trajectory: Trajectory, times: Floats, tool: To
 
 
 def _clearance(reduced: ReducedModel, trajectory: Trajectory) -> tuple[Chart, Bools]:
-    """Return the smallest clearances, and the times at which one is at most its margin."""
     query = ClearanceQuery(reduced, trajectory.duration)
     times = np.linspace(0.0, trajectory.duration, CLEARANCE_SAMPLES)
     found = query.smallest(times, trajectory(times), REACH)
@@ -364,10 +363,7 @@ class Subject(Value):
 
 
 def subject_of(what: Reported) -> Subject:
-    """Return the subject of a report.
-
-    A motion of a bundle is judged again, and the prices of its constraints are computed here.
-    """
+    """Return the subject of a report; a motion of a bundle is judged again, and its prices are computed."""
     if isinstance(what, Bundle):
         return _of_bundle(what)
     problem = what if isinstance(what, Problem) else what.problem
@@ -407,7 +403,6 @@ def _of_bundle(bundle: Bundle) -> Subject:
 
 
 def _prices(bundle: Bundle) -> tuple[Price, ...]:
-    """Return the prices of a motion along a path that was optimised by its knots; others have none."""
     path, method = bundle.path_planned, bundle.method
     known = method in method_names() and isinstance(method_named(method), Knots)
     if path is None or len(path.knots) != bundle.problem.knots or not known:

@@ -106,11 +106,8 @@ class GhostAt(Value):
 def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Sequence[GhostAt] = ()) -> str:
     """Return a self-contained HTML page of a motion, or of the start alone.
 
-    A page that contains it in a frame receives the shown time, `{time}` [s], and, once, that the scene is
-    drawn, `{drawn: true}`, as messages; it may set the time with `{show}`.
-
-    Args:
-        trajectory: The motion of the group's joints; None for the start alone.
+    A page that contains it in a frame receives the shown time, `{time}` [s], and, once the scene is drawn,
+    `{drawn: true}`, as messages; it may set the time with `{show}`.
     """
     server = open_server(HOST, 0)
     try:
@@ -257,7 +254,6 @@ def stills(subject: Subject, shown: Scenery) -> tuple[Still, ...]:
 
 
 def _ghosts(subject: Subject) -> Iterator[GhostAt]:
-    """Yield copies of the robot: the blocked configuration, the nearest free one, or the goal."""
     if subject.verified:
         return
     if subject.blocked is not None:
@@ -316,7 +312,6 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
     """Return the page.
 
     Args:
-        shown: The shown robot.
         space: The 3-D page, in HTML; empty for none.
         pictures: Still pictures, for paper and for browsers without 3-D.
         remark: A sentence for the foot of the page.
@@ -398,7 +393,6 @@ def _verdict(subject: Subject) -> str:
 
 
 def _space(shown: Scenery, space: str, pictures: Sequence[Still]) -> str:
-    """Return the motion in 3-D, in a frame that can only draw, behind a still picture until it has drawn."""
     if not space:
         return ""
     held = escape(space, quote=True)
@@ -432,20 +426,16 @@ def _source(picture: Still) -> str:
 
 @checked
 def write_report(what: Reported, path: Path | str, *, moving: bool = True, pictures: bool = True) -> Path:
-    """Write a report: one self-contained HTML page, for a browser or for printing.
+    """Write a report: one self-contained HTML page, for a browser or for printing; return the path.
 
     It shows the motion in 3-D, the proof, binding limits, curves over time, prices of the constraints and all
-    attempts; for a failure the cause and the nearest free configuration. A motion of a bundle is judged
-    again.
+    attempts; for a failure the cause and the nearest free configuration.
 
     Args:
         what: A result, a plan, an unplanned problem, or a bundle, which is drawn as by `trajopt view` after
             its meshes are unpacked (`read_bundle`).
         moving: Whether to include the 3-D motion, which takes about a megabyte and the extra `view`.
         pictures: Whether to include still pictures, for paper. Without OpenGL they are omitted with a remark.
-
-    Returns:
-        The path.
 
     Raises:
         MissingExtra: If the 3-D motion is requested, and viser is not installed.

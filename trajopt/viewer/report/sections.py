@@ -256,7 +256,6 @@ def _capital(words: str) -> str:
 
 
 def change_of_duration(saved: float) -> str:
-    """Print the change of a motion's duration; a negative saved time [s] is longer."""
     milliseconds = float(f"{1000.0 * abs(saved):.2g}")
     return f"{milliseconds:g} ms {'longer' if saved < 0.0 else 'shorter'}"
 
