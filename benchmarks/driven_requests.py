@@ -17,7 +17,7 @@ from typing import Any
 from typer.testing import CliRunner
 
 from benchmarks.page import table, write_section
-from trajopt.cli.app import app_for
+from trajopt.cli import app_for
 
 SETS = "box,cage,bookshelf_tall,table_pick"
 

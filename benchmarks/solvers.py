@@ -12,9 +12,8 @@ import trajopt as to
 from benchmarks.page import write_section
 from trajopt.cli.suite import read_runs
 from trajopt.lab.suite import Allowance, Instance, RunOutcome, compared, installed_instances
-from trajopt.lab.suite.comparison_page import markdown
-from trajopt.lab.suite.comparison_page import page as page_of
 from trajopt.lab.suite.instance import find_instances
+from trajopt.lab.suite.pages import comparison_page, markdown
 from trajopt.optimise.methods import METHODS, method_named
 from trajopt.values.documents.document import write_json, write_text
 from trajopt.viewer.plots import comparison_figures
@@ -50,7 +49,7 @@ def main() -> None:
         print(name, sum(run.good for run in found if run.solver == name), flush=True)
     plain = [{key: value for key, value in run.as_dict().items() if key not in LEFT_OUT} for run in found]
     given.json.write_text("[\n" + ",\n".join(json.dumps(run) for run in plain) + "\n]\n")
-    write_text(given.runs / "solvers.html", page_of(found, comparison_figures(found)))
+    write_text(given.runs / "solvers.html", comparison_page(found, comparison_figures(found)))
     if given.page is not None:
         write_section(given.page, "solvers", markdown(found))
 

@@ -29,7 +29,7 @@ from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.robot.joints import JointLimits
 from trajopt.scene.reducing import reduce_model, tool_frame
-from trajopt.timing.stops import stop_after
+from trajopt.timing.time_scaling import stop_after
 from trajopt.values.arrays import Floats
 from trajopt.verify import Judge
 

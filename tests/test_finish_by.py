@@ -11,7 +11,7 @@ from trajopt.planning import Certainty, on_the_way
 from trajopt.planning.infeasibility import too_late
 from trajopt.planning.infeasibility.joint_bounds import least_time
 from trajopt.timing import Retimed, retime
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 from trajopt.values.errors import ProblemError
 from trajopt.values.trajectory import Path
 

@@ -22,7 +22,7 @@ ROOMS = (
     "trajopt.optimise.transcription", "trajopt.optimise.terms", "trajopt.timing", "trajopt.verify",
     "trajopt.simulation", "trajopt.viewer", "trajopt.why", "trajopt.lab.suite", "trajopt.lab.srdf",
     "trajopt.planning", "trajopt.driving", "trajopt.lab.perception", "trajopt.server.warehouse",
-    "trajopt.lab.campaign", "trajopt.server.client", "trajopt.server.client.calls", "trajopt.server",
+    "trajopt.lab.campaign", "trajopt.server.client", "trajopt.server",
     "trajopt.viewer.report", "trajopt.planning.experience", "trajopt.lab.reach",
 )  # fmt: skip
 """Rooms whose names are for callers."""

@@ -112,7 +112,7 @@ def test_planning_imports_no_other_room() -> None:
 
 
 def test_a_command_imports_no_other_command() -> None:
-    code = "from trajopt.cli.app import app_for\napp_for(['plan'])"
+    code = "from trajopt.cli import app_for\napp_for(['plan'])"
     assert rooms(code) & (OTHER_ROOMS - {"cli", "files", "server"}) == set()
 
 

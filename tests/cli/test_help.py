@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from trajopt.cli.app import COMMANDS, app_for, command_named
+from trajopt.cli import COMMANDS, app_for, command_named
 
 UNITLESS = {"--torque-scaling", "--share", "--level"}
 """Factors and shares, which have none."""

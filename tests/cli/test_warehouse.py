@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 import trajopt as to
-from trajopt.cli.app import app_for
+from trajopt.cli import app_for
 from trajopt.files.bundle import save
 from trajopt.planning.seeds import SeedKind
 from trajopt.server.warehouse import Warehouse

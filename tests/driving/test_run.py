@@ -22,7 +22,7 @@ from trajopt.driving import (
     run,
     undisturbed,
 )
-from trajopt.timing.stops import StopsAlong
+from trajopt.timing.time_scaling import StopsAlong
 from trajopt.values.errors import FileFormatError, ObjectNotFound
 from trajopt.verify import VerifyOptions
 

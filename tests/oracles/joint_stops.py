@@ -6,7 +6,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from trajopt.robot.joints import EXCESS, JointLimits
-from trajopt.timing.stops import TICK
+from trajopt.timing.time_scaling import TICK
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Trajectory
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from tests.oracles.retiming.peaks import motion_extremes
 from trajopt.robot.joints import EXCESS, JointLimits
-from trajopt.timing.stops import KEPT, KEPT_STEPS, MOMENT, RAMP, SHARES, STEP, PathStop
+from trajopt.timing.time_scaling import KEPT, KEPT_STEPS, MOMENT, RAMP, SHARES, STEP, PathStop
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.trajectory import Trajectory
 

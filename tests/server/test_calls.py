@@ -9,8 +9,7 @@ import httpx
 import numpy as np
 import pytest
 
-from trajopt.server.client import AsyncClient, Client, ServerError, Session
-from trajopt.server.client.calls import Call
+from trajopt.server.client import AsyncClient, Call, Client, ServerError, Session
 from trajopt.values.errors import TrajoptError
 
 FULL = {"error": {"kind": "full", "reason": "8 requests wait already"}, "status": 429, "retry_after": 0.01}

@@ -21,7 +21,7 @@ import trajopt as to
 from tests.server.serving import MODULES, SMALL
 from trajopt.cli.serve import http_face
 from trajopt.server.http import HttpOptions, Metrics
-from trajopt.server.running import run_faces
+from trajopt.server.service import run_faces
 
 faces = [http_face(HttpOptions(port=0), Metrics())]
 asyncio.run(run_faces({"planar2": to.load("planar2")}, faces, limits=SMALL, modules=MODULES))

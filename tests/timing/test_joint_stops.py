@@ -6,7 +6,7 @@ import pytest
 from tests.oracles import joint_stops
 from trajopt.native import timing
 from trajopt.robot.joints import EXCESS, JointLimits
-from trajopt.timing.stops import stop_from
+from trajopt.timing.time_scaling import stop_from
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.trajectory import state_of
 

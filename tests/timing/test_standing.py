@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trajopt.timing.standing import JOLT, in_turn
+from trajopt.timing.time_scaling import JOLT, in_turn
 from trajopt.values.trajectory import Trajectory
 
 

@@ -7,7 +7,7 @@ import trajopt as to
 from tests.oracles import stopping
 from trajopt.native import timing
 from trajopt.robot.joints import EXCESS
-from trajopt.timing.stops import KEPT, MOMENT, RAMP, SHARES, STEP, StopsAlong
+from trajopt.timing.time_scaling import KEPT, MOMENT, RAMP, SHARES, STEP, StopsAlong
 from trajopt.values.arrays import Floats
 
 PROBLEMS = ("cup_past_pillar", "bookshelf_ur5", "planar_fold")

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import trajopt as to
 from tests.oracles.moving_world import Oracle, Thing, through
 from tests.oracles.random_worlds import bare
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 from trajopt.verify import Judge
 
 START = {

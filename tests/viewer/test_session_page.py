@@ -17,8 +17,7 @@ import pytest
 import trajopt as to
 from tests.server.serving import PATIENT, SMALL, Serving, serving
 from tests.viewer.test_page import CHROMIUM, FLAGS, PATIENCE, until
-from trajopt.server.client import Client
-from trajopt.server.client.clients import Session
+from trajopt.server.client import Client, Session
 from trajopt.server.operation import SessionState, Watch
 from trajopt.values.documents.document import Node
 from trajopt.viewer import LiveView, live_view

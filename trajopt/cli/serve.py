@@ -15,7 +15,7 @@ from trajopt.values.errors import MissingExtra, ModelError
 if TYPE_CHECKING:
     from trajopt.server import Service
     from trajopt.server.http import HttpOptions, Metrics
-    from trajopt.server.running import Face
+    from trajopt.server.service import Face
 
 PANEL = "Clients made for ROS"
 
@@ -188,7 +188,7 @@ def serve(
         from trajopt.server import Limits
         from trajopt.server.http import HttpOptions, Metrics
         from trajopt.server.limits import MEGABYTE
-        from trajopt.server.running import log_request, run_faces, write_log
+        from trajopt.server.service import log_request, run_faces, write_log
         from trajopt.server.warehouse import Warehouse
     except ModuleNotFoundError as error:
         raise MissingExtra(str(error.name), "server") from error

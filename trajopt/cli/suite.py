@@ -22,20 +22,11 @@ from trajopt.lab.suite import (
     compared,
     installed_definitions,
     installed_instances,
+    pages,
     run,
-    suite_page,
 )
 from trajopt.lab.suite import (
     instance as instances_of,
-)
-from trajopt.lab.suite.comparison_page import (
-    LEGEND,
-    RUN_HEAD,
-    SUMMARY_HEAD,
-    markdown,
-    page,
-    run_cells,
-    summary_cells,
 )
 from trajopt.lab.suite.outcome import summaries
 from trajopt.optimise.methods import Method, method_named, method_names
@@ -103,11 +94,11 @@ def suite(
             good = sum(outcome.good for outcome in outcomes)
             bar.update(task, advance=1, description=f"{good} of {len(outcomes)} as expected")
     if json_file is not None:
-        write_json(json_file, {"problems": [suite_page.row(outcome) for outcome in outcomes]})
+        write_json(json_file, {"problems": [pages.row(outcome) for outcome in outcomes]})
     if html_file is not None:
-        write_text(html_file, suite_page.page(outcomes, drawn.pictures, drawn.remark))
-    typer.echo("\n".join(suite_page.text_table(outcomes)))
-    typer.echo(f"\n{suite_page.summary(outcomes)}")
+        write_text(html_file, pages.suite_page(outcomes, drawn.pictures, drawn.remark))
+    typer.echo("\n".join(pages.text_table(outcomes)))
+    typer.echo(f"\n{pages.summary(outcomes)}")
     for outcome in outcomes:
         if not outcome.good:
             typer.echo(f"  {outcome.problem}, {outcome.instance}: {outcome.status.name}: {outcome.message}")
@@ -168,13 +159,15 @@ def compare(
     if json_file is not None:
         write_json(json_file, {"results": [run.as_dict() for run in found]})
     if html_file is not None:
-        write_text(html_file, page(found, comparison_figures(found), drawn.pictures, drawn.remark))
+        write_text(
+            html_file, pages.comparison_page(found, comparison_figures(found), drawn.pictures, drawn.remark)
+        )
     if markdown_file is not None:
-        write_text(markdown_file, markdown(found))
+        write_text(markdown_file, pages.markdown(found))
     console = Console()
-    console.print(_columns(RUN_HEAD, [run_cells(run) for run in found]))
-    console.print(_columns(SUMMARY_HEAD, [summary_cells(item) for item in summaries(found)]))
-    console.print(LEGEND, style="dim")
+    console.print(_columns(pages.RUN_HEAD, [pages.run_cells(run) for run in found]))
+    console.print(_columns(pages.SUMMARY_HEAD, [pages.summary_cells(item) for item in summaries(found)]))
+    console.print(pages.LEGEND, style="dim")
 
 
 def read_runs(path: Path) -> tuple[RunOutcome, ...]:

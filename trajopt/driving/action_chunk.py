@@ -10,7 +10,7 @@ from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Evaluator
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.robot.joints import JointLimits
-from trajopt.timing.stops import stop_from
+from trajopt.timing.time_scaling import stop_from
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.trajectory import Trajectory

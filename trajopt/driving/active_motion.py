@@ -14,8 +14,7 @@ from trajopt.driving.intended_motion import SPEED_SCALINGS, IntendedMotion
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.soonest_stop import StopTaken
 from trajopt.problem.problem import Problem
-from trajopt.timing.standing import JOLT
-from trajopt.timing.stops import PathStop, StopsAlong
+from trajopt.timing.time_scaling import JOLT, PathStop, StopsAlong
 from trajopt.values.arrays import Floats, Printed, Value
 from trajopt.values.trajectory import Trajectory
 

@@ -20,7 +20,7 @@ from trajopt.robot.joints import joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.timing.stops import PathStop
+from trajopt.timing.time_scaling import PathStop
 from trajopt.values.arrays import Floats, Printed, Value
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked

@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from trajopt.timing.standing import JOLT, after_standing, begun_later
+from trajopt.timing.time_scaling import JOLT, after_standing, begun_later
 from trajopt.values.arrays import Floats, floats, number
 from trajopt.values.errors import JointNotFound
 from trajopt.values.errors.arguments import checked

@@ -26,7 +26,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, frame_placement
 from trajopt.problem.stated import GoalLike
 from trajopt.scene.scene import Scene
-from trajopt.timing.standing import JOLT
+from trajopt.timing.time_scaling import JOLT
 from trajopt.values.arrays import Floats, Printed
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory

@@ -13,8 +13,7 @@ import numpy as np
 from trajopt.driving.motion_guard import MotionGuard
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import JointLimits
-from trajopt.timing.stops import StopsAlong
-from trajopt.timing.time_scaling import RateChange, TimeScaling, holds_limits
+from trajopt.timing.time_scaling import RateChange, StopsAlong, TimeScaling, holds_limits
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 

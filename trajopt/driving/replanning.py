@@ -23,7 +23,7 @@ from trajopt.problem.requirements import joint_positions
 from trajopt.problem.stated import GoalLike
 from trajopt.scene.group_tools import tool_of
 from trajopt.scene.scene import Scene
-from trajopt.timing.standing import JOLT
+from trajopt.timing.time_scaling import JOLT
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Judge

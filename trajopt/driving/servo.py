@@ -13,7 +13,7 @@ from trajopt.driving.servo_task import Tool, in_world, joint_task, twist_to, val
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.scene.reducing import tool_frame
 from trajopt.scene.scene import Scene
-from trajopt.timing.stops import stop_after
+from trajopt.timing.time_scaling import stop_after
 from trajopt.values.arrays import Floats, number
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked

@@ -23,7 +23,7 @@ from trajopt.robot.joints import EXCESS, JointLimits
 from trajopt.scene.bounds import pair_levers
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import ChangingPairs
-from trajopt.timing.stops import TICK
+from trajopt.timing.time_scaling import TICK
 from trajopt.values.arrays import Floats, Loss, Rows, Value
 
 

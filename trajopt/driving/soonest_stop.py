@@ -13,7 +13,7 @@ from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import JointLimits
 from trajopt.scene.reducing import reduce_model
-from trajopt.timing.stops import stop_after
+from trajopt.timing.time_scaling import stop_after
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 

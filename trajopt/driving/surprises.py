@@ -39,7 +39,7 @@ from trajopt.scene.group_tools import ends_of
 from trajopt.scene.reducing import driven_joints, reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
-from trajopt.timing.stops import StopsAlong
+from trajopt.timing.time_scaling import StopsAlong
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.errors import ProblemError, ShapeError

@@ -1,4 +1,4 @@
-"""Time scaling: a motion q(c) driven along its path on another clock c(t).
+"""Time scaling: a motion q(c) driven on another clock c(t): slower, stopped, or with waits.
 
 With the rate r = dc/dt, primes for derivatives by c and dots for derivatives by t,
 
@@ -12,13 +12,15 @@ and Gibson, 1985). Stops along the path, slower execution and waits are such sca
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from trajopt.native import timing
 from trajopt.robot.joints import EXCESS, JointLimits
 from trajopt.values.arrays import Floats, Value
-from trajopt.values.trajectory import Trajectory
+from trajopt.values.cached import cached_per_value
+from trajopt.values.trajectory import MEETING, Trajectory
 
 
 @dataclass(frozen=True)
@@ -109,3 +111,195 @@ def holds_limits(motion: Trajectory, limits: JointLimits) -> bool:
         (accelerations <= limits.acceleration * (1.0 + EXCESS)).all()
         and (jerks <= limits.jerk * (1.0 + EXCESS)).all()
     )
+
+
+MOMENT = 0.02
+"""Interval between the times at which braking may begin [s]."""
+STEP = 1e-3
+"""Time step of the braking, the cycle of the fastest controllers [s]."""
+RAMP = 0.01
+"""Shortest time in which an acceleration rises from zero to its limit if jerk limits allow less; a few steps,
+which resolve it [s].
+"""
+SHARES = (0.97, 0.8, 0.6, 0.4)
+"""Shares of the limits that braking is tried with. The first leaves room for extremes between steps; the
+others leave time to release the brake under tight jerk limits.
+"""
+KEPT_STEPS = (5, 3, 2, 1)
+"""Steps per point of the stop motion, as few points are judged faster; decreased if the limits are exceeded
+between points.
+"""
+KEPT = 0.9
+"""Share of the jerk limits that is used, as a reserve for extremes between steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathStop(Value):
+    """A motion that comes to rest before its end.
+
+    Attributes:
+        trajectory: From the requested time, at which its own clock shows 0, to rest.
+        leaves: Time up to which it equals the original motion, on the clock of the original [s].
+    """
+
+    trajectory: Trajectory
+    leaves: float
+
+
+@dataclass(frozen=True, eq=False)
+class StopsAlong(Value):
+    """The earliest stops of a motion along its own path, tabulated on first use.
+
+    A braking motion follows the path while its clock rate r falls (`trajopt.timing.time_scaling`). Each step
+    takes the smallest slope w = r. that the limits allow. With w = 0 the acceleration limits always hold, as
+    they hold for the motion and r is at most 1; so no other feasible braking is shorter (Bobrow, Dubowsky and
+    Gibson, "Time-optimal control of robotic manipulators along specified paths", International Journal of
+    Robotics Research 4, 1985). At the end w rises within the jerk limits: w >= -sqrt(2 r w.), with the
+    largest feasible w.
+
+    Attributes:
+        trajectory: The motion; it ends at rest.
+    """
+
+    trajectory: Trajectory
+    limits: JointLimits
+
+    def earliest(self, time: float, *, after: float | None = None) -> PathStop:
+        """Return the motion from a given time on, stopped along its path.
+
+        Args:
+            time: Time of the motion, before its end [s].
+            after: Time until which it continues unchanged [s]; the earliest possible by default.
+        """
+        found, names = (
+            self._core.earliest(time, time if after is None else after),
+            self.trajectory.joint_names,
+        )
+        if found is None:
+            duration = self.trajectory.duration
+            return PathStop(self.trajectory.between(time, duration), duration)
+        *points, leaves = found
+        return PathStop(Trajectory(names, *points), leaves)
+
+    @cached_property
+    def _core(self) -> timing.Stops:
+        own = self.trajectory.coefficients
+        quintics = np.concatenate((np.zeros((6 - len(own), *own.shape[1:])), own))
+        return timing.Stops(
+            self.trajectory.times,
+            quintics,
+            self.limits.acceleration,
+            self.limits.jerk,
+            shares=SHARES,
+            every=KEPT_STEPS,
+            ramp=RAMP,
+            kept=KEPT,
+            step=STEP,
+            moment=MOMENT,
+            excess=EXCESS,
+        )
+
+
+TICK = 1e-3
+"""Pieces of a stop last multiples of this, the cycle of the fastest controllers [s].
+
+In much shorter pieces the jerk of a polynomial is lost to rounding.
+"""
+
+
+def stop_from(begin: Floats, limits: JointLimits) -> Trajectory:
+    """Return a motion that stops the joints as fast as their limits allow.
+
+    It has three pieces of constant jerk: ramp up, hold and ramp down the deceleration. All joints brake
+    together, which nearly preserves the direction of motion; if this violates a limit, each brakes alone.
+
+    Args:
+        begin: Positions, velocities and accelerations, shape (3, n).
+        limits: Joint limits, with finite acceleration and jerk limits.
+    """
+    times, rows = timing.stop_from(begin, _rows(limits), TICK, EXCESS)
+    return Trajectory(limits.joint_names, times, *rows)
+
+
+def stop_after(begin: Floats, end: Floats, duration: float, limits: JointLimits) -> Trajectory:
+    """Return a motion of one piece, followed by the stop of `stop_from`.
+
+    Args:
+        begin: Positions, velocities and accelerations at the start, shape (3, n).
+        end: Those at the end of the piece, shape (3, n).
+        duration: Duration of the piece [s].
+        limits: Joint limits, with finite acceleration and jerk limits.
+    """
+    times, rows = timing.stop_from(end, _rows(limits), TICK, EXCESS)
+    whole = np.concatenate((begin[:, None], rows), axis=1)
+    return Trajectory(limits.joint_names, np.append(0.0, duration + times), *whole)
+
+
+@cached_per_value
+def _rows(limits: JointLimits) -> Floats:
+    return np.stack((limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk))
+
+
+JOLT = 1e-3
+"""Time in which an acceleration at the start or end of a motion builds up or decays at rest [s]."""
+
+
+def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
+    """Return a motion that waits at its start.
+
+    A start acceleration is reached at the end of the wait by a quintic from rest; it is the largest
+    acceleration of the quintic.
+
+    Args:
+        trajectory: Motion with zero velocity at its start.
+        wait: Duration of the wait [s].
+    """
+    positions, velocities, accelerations = (
+        trajectory.positions, trajectory.velocities, trajectory.accelerations
+    )  # fmt: skip
+    before = [0.0]
+    if accelerations is not None and accelerations[0].any():
+        before.append(wait - min(JOLT, wait / 2.0))
+    still = np.zeros((len(before), positions.shape[1]))
+    return Trajectory(
+        trajectory.joint_names,
+        np.concatenate((before, trajectory.times + wait)),
+        np.concatenate((still + positions[0], positions)),
+        None if velocities is None else np.concatenate((still, velocities)),
+        None if accelerations is None else np.concatenate((still, accelerations)),
+    )
+
+
+def after_standing(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:
+    """Concatenate two motions with a wait between them.
+
+    Args:
+        first: Motion with zero velocity at its end.
+        gap: Duration of the wait, more than `JOLT` [s].
+        second: Motion of the same joints with zero velocity at its start.
+    """
+    rest = np.zeros((1, first.positions.shape[1]))
+    stood = Trajectory(
+        first.joint_names,
+        np.append(first.times, first.duration + JOLT),
+        np.concatenate((first.positions, first.positions[-1:])),
+        None if first.velocities is None else np.concatenate((first.velocities, rest)),
+        None if first.accelerations is None else np.concatenate((first.accelerations, rest)),
+    )
+    return stood.followed_by(begun_later(second, gap - JOLT))
+
+
+def in_turn(first: Trajectory, second: Trajectory) -> Trajectory:
+    """Concatenate two motions from rest to rest; insert a wait only if the acceleration jumps.
+
+    Without jerk limits the first motion may end braking and the second begin accelerating: these are two
+    instants, `2 * JOLT` apart.
+
+    Args:
+        first: Motion with zero velocity at its end.
+        second: Motion of the same joints with zero velocity at its start, which begins where the first ends.
+    """
+    ends, begins = first.accelerations, second.accelerations
+    if ends is None or begins is None or np.abs(begins[0] - ends[-1]).max() <= MEETING:
+        return first.followed_by(second)
+    return after_standing(first, 2.0 * JOLT, second)

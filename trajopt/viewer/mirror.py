@@ -110,8 +110,7 @@ class MirrorClient:
             FileFormatError: If the answer cannot be mirrored.
         """
         try:
-            from trajopt.server.client import Client
-            from trajopt.server.client.calls import Call
+            from trajopt.server.client import Call, Client
         except ImportError as error:
             raise MissingExtra("httpx", "server") from error
         self.url = url.rstrip("/")

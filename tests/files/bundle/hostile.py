@@ -156,7 +156,7 @@ def of_json() -> dict[str, Change]:
         "not a number": swap("problem.json", '"joint1"', "NaN"),
         "infinite": text("problem.json", '{"kind": Infinity}'),
         "a kind of Python's": text("problem.json", '{"kind": "os.system", "command": "true"}'),
-        "a kind with a path": text("problem.json", '{"kind": "trajopt.cli.app.main"}'),
+        "a kind with a path": text("problem.json", '{"kind": "trajopt.cli.main"}'),
         "a kind that is a number": text("problem.json", '{"kind": 3}'),
         "no kind": text("problem.json", '{"reduce": ["os.system", ["true"]]}'),
         "another value": text("problem.json", '{"kind": "Sphere", "radius": 0.1}'),

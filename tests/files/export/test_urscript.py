@@ -10,7 +10,7 @@ import trajopt as to
 from tests.files.export.urscript import Controller, Halted
 from trajopt.files.export import Movej, Servoj, export
 from trajopt.files.export.urscript import UR_JOINTS
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import trajopt as to
 from tests.files.log.read_mcap import read, seconds
-from trajopt.cli.app import app_for
+from trajopt.cli import app_for
 from trajopt.files.export import Mcap, export
 from trajopt.files.log.mcap_log import McapLog, stamp
 from trajopt.files.log.robot_messages import RobotMessages

@@ -6,7 +6,7 @@ import pytest
 import trajopt as to
 from tests.planning.moving.test_dynamic_search import GOAL, START
 from tests.verify.test_moving_things import sampled
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from trajopt.planning.moving.dynamic_search import SOURCES
 from trajopt.planning.schedule import DYNAMIC, MotionSource
 from trajopt.planning.status import Certainty
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 
 START = {
     "panda_joint1": -0.8, "panda_joint2": 0.3, "panda_joint3": 0.0, "panda_joint4": -2.0,

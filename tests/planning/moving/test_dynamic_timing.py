@@ -10,7 +10,7 @@ from tests.planning.moving.test_dynamic_search import GOAL, START, problem, tabl
 from tests.verify.test_moving_things import sampled
 from trajopt.geometry import Query
 from trajopt.planning.moving.dynamic_timing import DynamicTiming
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 
 __all__ = ["table"]
 

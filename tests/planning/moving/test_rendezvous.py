@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import trajopt as to
 from tests.verify.test_moving_things import sampled
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 
 DOWN = (np.pi, 0.0, 0.0)
 STEP = 1e-4

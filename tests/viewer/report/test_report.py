@@ -237,7 +237,7 @@ def test_numbers_are_written_as_people_do() -> None:
 
 
 def test_the_command(kept: Bundle, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from trajopt.cli.app import app_for
+    from trajopt.cli import app_for
 
     out = tmp_path / "deep" / "report.html"
     words = ["report", str(kept.path), "--out", str(out), "--no-3d", "--no-pictures"]

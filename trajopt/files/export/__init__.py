@@ -1,15 +1,93 @@
 """Motions in the formats that controllers read (CSV, ROS 2, MoveIt, URScript), and in that of logs (MCAP)."""
 
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import cast
+
 from trajopt.files.export.exporter import Exported as Exported
 from trajopt.files.export.exporter import Exporter as Exporter
 from trajopt.files.export.exporter import ModelExporter as ModelExporter
-from trajopt.files.export.mcap import Mcap as Mcap
-from trajopt.files.export.registry import EXPORTERS as EXPORTERS
-from trajopt.files.export.registry import export as export
-from trajopt.files.export.registry import exporter_named as exporter_named
+from trajopt.files.export.mcap import Mcap
 from trajopt.files.export.sampled import Csv as Csv
 from trajopt.files.export.sampled import FollowJointTrajectory as FollowJointTrajectory
 from trajopt.files.export.sampled import JointTrajectory as JointTrajectory
 from trajopt.files.export.sampled import RobotTrajectoryMessage as RobotTrajectoryMessage
 from trajopt.files.export.urscript import Movej as Movej
 from trajopt.files.export.urscript import Servoj as Servoj
+from trajopt.scene.planned_robot import Planned, PlannedMotion
+from trajopt.scene.reduced import ReducedModel
+from trajopt.values import arrays
+from trajopt.values.errors import NameNotFound, ProblemError, shown
+from trajopt.values.trajectory import Trajectory
+
+EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
+    "csv": Csv,
+    "ros2": FollowJointTrajectory,
+    "ros2-topic": JointTrajectory,
+    "moveit": RobotTrajectoryMessage,
+    "urscript": Servoj,
+    "urscript-movej": Movej,
+    "mcap": Mcap,
+}
+"""Format name -> factory of its exporter with default options."""
+
+
+def exporter_named(name: str) -> Exporter:
+    """Return an exporter with its default options.
+
+    Raises:
+        NameNotFound: If no exporter has this name.
+    """
+    if not isinstance(name, str) or name not in EXPORTERS:  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise NameNotFound("format to export to", name, EXPORTERS)
+    return EXPORTERS[name]()
+
+
+def export(
+    motion: Trajectory | Planned[ReducedModel],
+    path: Path | str,
+    *,
+    to: Exporter | str,
+    hz: float | None = None,
+) -> Exported:
+    """Write a motion in the format of a controller or a viewer; return a summary with its losses.
+
+    Args:
+        motion: A plan, a successful result, or a trajectory.
+        path: Messages are JSON if its name ends in .json, YAML otherwise.
+        to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
+            "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); "mcap" (a
+            log for Foxglove, with robot and scene of a plan); or an exporter with your own options.
+        hz: Samples per second. By default messages have the motion's own points, tables 100 samples per
+            second, URScript 125 and logs 50.
+
+    Raises:
+        NameNotFound: If no format has this name.
+        PlanningFailed: If the result has no plan.
+        ProblemError: If `motion` is not a motion, or `to` is not an exporter.
+        FileFormatError: If the file cannot be written.
+        ShapeError: If the format cannot represent the motion's joints, or the rate is not possible.
+        MissingExtra: If the package of the format is not installed.
+    """
+    exporter = exporter_named(to) if isinstance(to, str) else to
+    if not isinstance(exporter, Exporter):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(f"to is an Exporter or the name of one, is {shown(to)}")
+    plan = motion if isinstance(motion, Trajectory) else _plan_of(motion)
+    if isinstance(plan, Trajectory):
+        return exporter.write(plan, arrays.path("path", path), hz)
+    if isinstance(exporter, ModelExporter):
+        exporter = exporter.with_model(plan.problem.reduced)
+    return exporter.write(plan.trajectory, arrays.path("path", path), hz)
+
+
+def _plan_of(motion: Planned[ReducedModel]) -> PlannedMotion[ReducedModel]:
+    plan: object = motion.require() if hasattr(motion, "require") else motion
+    if isinstance(plan, tuple):
+        raise ProblemError(
+            "export: several motions need a file each: export(segment.result, ...) for each of its segments"
+        )
+    if not isinstance(getattr(plan, "trajectory", None), Trajectory) or not hasattr(plan, "problem"):
+        raise ProblemError(
+            f"export: give a plan, a result that has one, or a trajectory; motion is {shown(motion)}"
+        )
+    return cast("PlannedMotion[ReducedModel]", plan)

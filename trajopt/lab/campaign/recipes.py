@@ -8,8 +8,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from trajopt.files.moveit.motion_plan_request import request_of
-from trajopt.files.moveit.motions import apply_motions
-from trajopt.files.moveit.planning_scene import scene_of
+from trajopt.files.moveit.planning_scene import apply_motions, scene_of
 from trajopt.lab.campaign.documents import Library
 from trajopt.lab.suite import installed_definitions
 from trajopt.optimise.kinematics import random_configurations

@@ -13,8 +13,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.joints import JointLimits
 from trajopt.timing import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
-from trajopt.timing.standing import in_turn
-from trajopt.timing.stops import stop_from
+from trajopt.timing.time_scaling import in_turn, stop_from
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Path, Trajectory

@@ -11,7 +11,7 @@ from trajopt.geometry import DynamicObstacles, Evaluator, WorkCounts
 from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
 from trajopt.planning.moving.timed_path import PathTiming, TimedOnPath, waits
 from trajopt.problem.problem import Problem
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.trajectory import Trajectory
 

@@ -25,7 +25,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
 from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import TimedModel
-from trajopt.timing.standing import begun_later
+from trajopt.timing.time_scaling import begun_later
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import shown
 from trajopt.values.placement import as_rotation_vector

@@ -27,8 +27,7 @@ from trajopt.planning.moving.path_time import FREE, blocked_cells
 from trajopt.planning.moving.sampled_checks import INTERVAL, SampledChecks
 from trajopt.robot.joints import JointLimits
 from trajopt.timing import InverseDynamics
-from trajopt.timing.standing import begun_later
-from trajopt.timing.time_scaling import TimeScaling
+from trajopt.timing.time_scaling import TimeScaling, begun_later
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Interpolation, Trajectory
 

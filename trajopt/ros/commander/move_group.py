@@ -1,26 +1,48 @@
 """MoveGroupCommander: plans and executes motions of one group, with MoveIt's API."""
 
 import logging
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import wraps
+from typing import Any, TypeVar
 
 from trajopt.files.messages import (
+    Constraints,
     MotionPlanRequest,
     MoveItErrorCodes,
     RobotState,
     RobotTrajectory,
     Vector3,
     WorkspaceParameters,
+    document_of,
+    field_names,
+    is_message,
 )
+from trajopt.files.moveit.constraints import read_constraints
+from trajopt.files.moveit.frames import read_vector, reading_at, world_names
+from trajopt.files.moveit.planning_scene import without_collisions
+from trajopt.files.moveit.robot_state import layered_positions
 from trajopt.files.moveit.trajectories import trajectory_message, trajectory_of
+from trajopt.optimise.methods.timing import retime_path
 from trajopt.planning.result import Result
-from trajopt.ros.commander.group_motions import ALGORITHMS, GroupMotions, retimed
-from trajopt.ros.commander.group_state import GroupSettings, GroupState, goal_constraints
+from trajopt.problem.problem import Problem
+from trajopt.problem.requirements import Requirement, joint_positions
+from trajopt.ros.commander.conversions import framed_placement
+from trajopt.ros.commander.group_state import (
+    GroupBase,
+    GroupSettings,
+    GroupState,
+    PoseTarget,
+    TargetKind,
+    goal_constraints,
+)
 from trajopt.ros.commander.group_targets import GroupConstraints, GroupTargets
 from trajopt.ros.commander.robot_states import link_names, problem_of, state_positions
+from trajopt.ros.commander.world import World
+from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.functions import PIPELINE, solved
+from trajopt.server.move_group.functions import PIPELINE, followed_through, picked, put_down, solved
 from trajopt.server.move_group.outcome import (
     Execution,
     ExecutionOutcome,
@@ -28,8 +50,296 @@ from trajopt.server.move_group.outcome import (
     code_of,
     speaks_moveit,
 )
-from trajopt.values.errors import ObjectNotFound, SolverNotFound
-from trajopt.values.trajectory import Trajectory
+from trajopt.tasks.cartesian import Followed
+from trajopt.tasks.grasping import Grasp, Gripper, PickPlaceResult, Place, Straight, grasps_of, gripper_of
+from trajopt.timing import RetimeFailure
+from trajopt.values.arrays import Floats
+from trajopt.values.errors import ObjectNotFound, SolverNotFound, shown
+from trajopt.values.placement import WORLD
+from trajopt.values.trajectory import Path, Trajectory
+
+R = TypeVar("R")
+
+THIRD = 3
+"""Index of the third argument, after `self`."""
+ALGORITHMS = (
+    "iterative_time_parameterization",
+    "iterative_spline_parameterization",
+    "time_optimal_trajectory_generation",
+)
+"""MoveIt's names of retiming algorithms."""
+PATH_TOLERANCE = 1e-3
+"""Largest deviation of the timed motion from the path [m]; MoveIt's default is 0.1 rad in every joint."""
+
+
+def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:
+    """Accept calls of `compute_cartesian_path` with or without MoveIt's former `jump_threshold`.
+
+    Paths planned here are continuous in the joints, so they satisfy any threshold.
+    """
+
+    @wraps(function)
+    def call(*args: Any, **kwargs: Any) -> R:
+        kwargs.pop("jump_threshold", None)
+        number = len(args) > THIRD and isinstance(args[THIRD], int | float)
+        if number and not isinstance(args[THIRD], bool):
+            args = (*args[:THIRD], *args[THIRD + 1 :])
+        return function(*args, **kwargs)
+
+    return call
+
+
+class GroupMotions(GroupBase):
+    """Cartesian paths, picking and placing."""
+
+    @without_jump_threshold
+    def compute_cartesian_path(
+        self,
+        waypoints: Sequence[Any],
+        eef_step: float,
+        avoid_collisions: Any = True,
+        path_constraints: Any = None,
+    ) -> tuple[RobotTrajectory, float]:
+        """Follow straight lines with the end effector, from its current pose through waypoints.
+
+        Args:
+            waypoints: Poses, in the pose reference frame or stamped.
+            eef_step: As in MoveIt, > 0 [m]; ignored, because the lines are checked continuously.
+            avoid_collisions: Whether to stop before a collision; a preceding `jump_threshold` is ignored.
+            path_constraints: Further constraints (Constraints); the motion ends where they are violated.
+
+        Returns:
+            The motion, and the followed fraction of the path; `get_last_followed` contains the reason if the
+            path is incomplete.
+
+        Raises:
+            MoveItCommanderException: If a waypoint is not a pose.
+            FileFormatError: If the constraints cannot be read.
+        """
+        if not isinstance(avoid_collisions, bool):
+            raise MoveItCommanderException(
+                f"compute_cartesian_path: avoid_collisions is True or False, not {shown(avoid_collisions)}"
+            )
+        if not eef_step > 0.0:
+            raise MoveItCommanderException(f"eef_step must be positive, is {eef_step}")
+        start = state_positions(self._start, self._world)
+        targets = [framed_placement(each, self._reference) for each in waypoints]
+        message = Constraints() if path_constraints is None else path_constraints
+        reading = reading_at(self._world.scene, start)
+        constraints, scene = read_constraints(
+            document_of(message, "path_constraints"), self._world.scene, reading
+        )
+        followed = self._world.ask(
+            followed_through,
+            scene if avoid_collisions else without_collisions(scene),
+            [self._placed(PoseTarget(TargetKind.POSE, where, frame), start) for where, frame in targets],
+            link=self._link(""),
+            group=self._group.name,
+            start=start,
+            settings=self._settings,
+            constraints=constraints,
+        )
+        self._followed = followed
+        _LOG.info("compute_cartesian_path: %s", followed.reason)
+        if not followed.verified:
+            return RobotTrajectory(), 0.0
+        return trajectory_message(followed.trajectory, self._planning_frame), followed.fraction
+
+    def get_last_followed(self) -> Followed | None:
+        """Return trajopt's result of the last Cartesian path, with the reason of its end; None before."""
+        return self._followed
+
+    def pick(self, object_name: str, grasp: Any = (), plan_only: bool = False) -> int:
+        """Grasp an object and lift it; path constraints hold while the object is held.
+
+        Args:
+            grasp: A Grasp or several, best first; if empty, grasps are generated from the object's shape.
+            plan_only: Whether to plan without moving.
+
+        Returns:
+            MoveIt's error code; `get_last_pick_place` has the details.
+        """
+        at = self._world.positions
+        constraints, scene = self._while_held(self._world.scene)
+        gripper = gripper_of(scene.robot)
+        given = [grasp] if is_message(grasp, "grasp_pose") else list(grasp)
+        made = [
+            grasp_of(each, object_name, scene, gripper, link=self._link(""), at=at) for each in given
+        ] or grasps_of(scene, object_name, gripper)
+        result = self._world.ask(
+            picked,
+            scene,
+            object_name,
+            start=at,
+            grasps=made,
+            group=self._group.name,
+            gripper=gripper,
+            constraints=constraints,
+            settings=self._settings,
+        )
+        return self._finish(result, plan_only)
+
+    def place(self, object_name: str, location: Any = None, plan_only: bool = False) -> int:
+        """Put down a held object; path constraints hold until it is released.
+
+        Args:
+            location: Target of the object: a Pose, PoseStamped or PlaceLocation, or several, best first.
+            plan_only: Whether to plan without moving.
+
+        Returns:
+            MoveIt's error code; `get_last_pick_place` has the details.
+
+        Raises:
+            MoveItCommanderException: If no location is given.
+        """
+        at = self._world.positions
+        constraints, scene = self._while_held(self._world.scene)
+        places: list[Any] = [location] if field_names(location) else list(location or ())
+        if not places:
+            raise MoveItCommanderException(f"place: say where {shown(object_name)} is put: a pose or several")
+        result = self._world.ask(
+            put_down,
+            scene,
+            object_name,
+            start=at,
+            places=[place_of(each, scene, link=self._link(""), at=at) for each in places],
+            group=self._group.name,
+            constraints=constraints,
+            settings=self._settings,
+        )
+        return self._finish(result, plan_only)
+
+    def get_last_pick_place(self) -> PickPlaceResult | None:
+        """Return trajopt's result of the last pick or place; None before."""
+        return self._pick_place
+
+    def _finish(self, result: PickPlaceResult, plan_only: bool) -> int:
+        self._pick_place = result
+        if not result.verified:
+            code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, str(result.explain()), "grasping")
+            self._world.report(ExecutionOutcome(code))
+            return code.val
+        if plan_only or executed(result, self._world, self._tip):
+            return MoveItErrorCodes.SUCCESS
+        outcome = self._world.outcome
+        assert outcome is not None
+        return outcome.error_code.val
+
+    def _while_held(self, scene: Scene) -> tuple[tuple[Requirement, ...], Scene]:
+        reading = reading_at(scene, self._world.positions)
+        return read_constraints(document_of(self._path_constraints, "path constraints"), scene, reading)
+
+
+def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: str, at: Floats) -> Grasp:
+    """Convert a Grasp message to a grasp.
+
+    Args:
+        message: Its pose is of the end effector, its postures are of the fingers.
+        at: Current positions of all joints [rad | m].
+
+    Raises:
+        MoveItCommanderException: If a finger is missing in a posture.
+    """
+    where, frame = framed_placement(message.grasp_pose, WORLD)
+    placed = scene.placement_of(_frame(frame, scene), at) * where
+    tool = scene.placement_of(link, at).inverse() * scene.placement_of(gripper.tool, at)
+    return Grasp(
+        placement=scene.placement_of(name, at).inverse() * placed * tool,
+        width=_opening(message.grasp_posture, "grasp_posture", scene, gripper),
+        opening=_opening(message.pre_grasp_posture, "pre_grasp_posture", scene, gripper),
+        approach=_straight(message.pre_grasp_approach, link),
+        lift=_straight(message.post_grasp_retreat, link),
+        name=message.id or "grasp",
+    )
+
+
+def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
+    """Convert a Pose, PoseStamped or PlaceLocation, the target of an object, to a place.
+
+    Args:
+        at: Current positions of all joints [rad | m].
+    """
+    whole = is_message(location, "place_pose")
+    where, frame = framed_placement(location.place_pose if whole else location, WORLD)
+    placed = scene.placement_of(_frame(frame, scene), at) * where
+    if not whole:
+        return Place(placement=placed)
+    return Place(
+        placement=placed,
+        lower=_straight(location.pre_place_approach, link),
+        retreat=_straight(location.post_place_retreat, link),
+        name=location.id or "place",
+    )
+
+
+def executed(result: PickPlaceResult, world: World, tip: str) -> bool:
+    for segment in result.require():
+        reduced = segment.result.problem.reduced
+        execution = Execution(reduced, segment.trajectory, tip)
+        if not world.execute(execution, wait=True).reached:
+            return False
+    item = result.final_scene.object(result.name)
+    world.edit(lambda scene: replace(scene, objects={**scene.objects, item.name: item}))
+    return True
+
+
+def _frame(name: str, scene: Scene) -> str:
+    return WORLD if name in world_names(scene.robot) else name
+
+
+def _straight(message: Any, link: str) -> Straight:
+    direction = read_vector(document_of(message.direction.vector, "direction")) or (0.0, 0.0, 0.0)
+    distance = float(message.desired_distance)
+    if not any(direction):
+        return Straight(distance) if distance > 0.0 else Straight()
+    frame = str(message.direction.header.frame_id).removeprefix("/") or link
+    return Straight(distance, direction, frame)
+
+
+def _opening(posture: Any, name: str, scene: Scene, gripper: Gripper) -> float:
+    """Return the distance between the pads in a posture [m]."""
+    robot, points = scene.robot, posture.points
+    if not points or len(points[-1].positions) != len(posture.joint_names):
+        raise MoveItCommanderException(
+            f"{name}: give a position for each of {', '.join(gripper.joint_names)}"
+        )
+    named = dict(zip(posture.joint_names, points[-1].positions, strict=True))
+    missing = [joint for joint in gripper.joint_names if joint not in named]
+    if missing:
+        raise MoveItCommanderException(f"{name}: leaves out {', '.join(missing)}")
+    return gripper.opening_at(robot, layered_positions(robot, named))
+
+
+def retimed(
+    reduced: ReducedModel, trajectory: Trajectory, *, velocity: float, acceleration: float
+) -> Trajectory:
+    """Return the fastest motion along the points of a trajectory within all limits.
+
+    Args:
+        reduced: The robot in its scene, the group's joints free.
+        trajectory: Joints in the group's order; its times are ignored.
+        velocity: Factor in (0, 1] on the velocity limits.
+        acceleration: Factor in (0, 1] on the acceleration limits.
+
+    Raises:
+        MoveItCommanderException: If no timing satisfies the limits.
+        ProblemError: If a factor is outside (0, 1].
+    """
+    last = dict(zip(reduced.joint_names, trajectory.positions[-1].tolist(), strict=True))
+    problem = Problem(
+        scene=reduced.scene,
+        group=reduced.group,
+        start=reduced.start,
+        goal=joint_positions(last),
+        velocity_scaling=velocity,
+        acceleration_scaling=acceleration,
+    )
+    path = Path(reduced.joint_names, trajectory.positions)
+    motion = retime_path(problem, path, tolerance=PATH_TOLERANCE)
+    if isinstance(motion, RetimeFailure):
+        raise MoveItCommanderException(f"retime_trajectory: {motion.reason}")
+    return motion.trajectory
+
 
 _LOG = logging.getLogger("trajopt.ros.commander")
 

@@ -20,7 +20,7 @@ from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.outcome import Execution
-from trajopt.timing.stops import StopsAlong
+from trajopt.timing.time_scaling import StopsAlong
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import JointNotFound, ProblemError
 from trajopt.values.trajectory import MEETING, Interpolation, Trajectory

@@ -9,8 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from trajopt.files.moveit.frames import reading_at
-from trajopt.files.moveit.motions import apply_motions
-from trajopt.files.moveit.planning_scene import edit_scene
+from trajopt.files.moveit.planning_scene import apply_motions, edit_scene
 from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.lab.perception import PointCloud, Sensing, perceive
 from trajopt.scene.scene import Scene

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.lab.suite.comparison.runs_for_tests import ALL
-from trajopt.lab.suite.comparison_page import page
+from trajopt.lab.suite.pages import comparison_page as page
 from trajopt.viewer.plots import comparison_figures
 
 CHROMIUM = Path("/usr/bin/chromium")

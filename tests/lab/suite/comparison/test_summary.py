@@ -7,8 +7,8 @@ import pytest
 
 from tests.lab.suite.comparison.runs_for_tests import ALL, FAILED, FAST, UNASKABLE
 from tests.lab.suite.suite.outcomes import BROKEN
-from trajopt.lab.suite.comparison_page import RUN_HEAD, SUMMARY_HEAD, markdown, run_cells, summary_cells
 from trajopt.lab.suite.outcome import performance_profile, summaries
+from trajopt.lab.suite.pages import RUN_HEAD, SUMMARY_HEAD, markdown, run_cells, summary_cells
 from trajopt.planning.status import Certainty, Status
 
 

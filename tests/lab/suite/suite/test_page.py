@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from tests.lab.suite.suite.outcomes import ALL, GOOD, REFUSED
-from trajopt.lab.suite.suite_page import page as page_of
+from trajopt.lab.suite.pages import suite_page as page_of
 from trajopt.simulation.rendering import HEIGHT, WIDTH
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ import json
 from dataclasses import replace
 
 from tests.lab.suite.suite.outcomes import ALL, CLEAR, FAILED, FALSE, GOOD, REFUSED
-from trajopt.lab.suite.suite_page import page, row, summary, text_table
+from trajopt.lab.suite.pages import row, summary, text_table
+from trajopt.lab.suite.pages import suite_page as page
 
 
 def test_as_expected() -> None:
