@@ -16,6 +16,7 @@ from trajopt.tasks.cartesian.following import Avoid as Avoid
 from trajopt.tasks.cartesian.following import Begin as Begin
 from trajopt.tasks.cartesian.following import FollowOptions as FollowOptions
 from trajopt.tasks.cartesian.following import follow as follow
+from trajopt.tasks.cartesian.raster import raster as raster
 from trajopt.tasks.cartesian.result import Followed as Followed
 from trajopt.tasks.cartesian.result import StopReason as StopReason
 from trajopt.values.curve import Curve as Curve

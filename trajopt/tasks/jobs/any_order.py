@@ -11,14 +11,13 @@ from trajopt.optimise.kinematics.validity import clear
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
-from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.jobs.result import StageRefusal
 from trajopt.tasks.jobs.search import Stage, TaskSearch, TaskState, Way, in_sequence
 from trajopt.tasks.jobs.stages import Dwell, Item, MoveTo, as_items, held_after_each
-from trajopt.tasks.jobs.tour import Tours
+from trajopt.tasks.jobs.tour import Tours, travel_time
 from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.errors import ProblemError, shown
 
@@ -167,30 +166,6 @@ def postures(item: Sequence[Stage], search: TaskSearch, state: TaskState) -> lis
     search.tracker.count_work(counts)
     limits = reduced.limits
     return [PlacedItem(row, float(travel_time(row[:-1], row[1:], limits, rests=True).sum())) for row in rows]
-
-
-def travel_time(start: Floats, end: Floats, limits: JointLimits, *, rests: bool) -> Floats:
-    """Return the least time from configurations to others within the limits of velocity and acceleration.
-
-    From rest to rest at most at speed v with acceleration a a joint needs d/v + v/a for a distance d of at
-    least v^2/a, else 2 sqrt(d/a) (Biagiotti and Melchiorri 2008, section 3.2); in passing it needs d/v.
-
-    Args:
-        start: Shape (..., n) [rad | m].
-        end: Shape (..., n) [rad | m].
-        limits: Limits of the n joints.
-        rests: Whether the arm rests at both.
-
-    Returns:
-        Shape (...,) [s].
-    """
-    way = np.abs(end - start)
-    speed, rate = limits.velocity, limits.acceleration
-    if not rests:
-        return (way / speed).max(axis=-1)
-    with np.errstate(invalid="ignore"):
-        cruising = np.where(way * rate >= speed**2, way / speed + speed / rate, 2.0 * np.sqrt(way / rate))
-    return np.where(np.isfinite(rate), cruising, way / speed).max(axis=-1)
 
 
 @dataclass(frozen=True, eq=False)

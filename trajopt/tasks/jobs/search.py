@@ -24,6 +24,7 @@ from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.grasping.task import ATTEMPTS, later
 from trajopt.tasks.jobs.result import Handling, Pause, StageRefusal, TaskSegment
+from trajopt.tasks.jobs.tour import travel_time
 from trajopt.values.arrays import Floats
 
 DEAD_ENDS = 4
@@ -245,12 +246,37 @@ class TaskSearch:
         result = self.plan(problem)
         if result.verified:
             segment = TaskSegment(tuple(leg.stage for leg in legs), result, (pause,))
-            return state.after(segment)
+            return self._faster_with_rests(state, legs, pause, state.after(segment))
         if len(legs) == 1:
             return StageRefusal(legs[0].stage, result.status, result.reason, result)
         middle = len(legs) // 2
         half = self._planned(state, legs[:middle], Pause("", 0.0))
         return half if isinstance(half, StageRefusal) else self._planned(half, legs[middle:], pause)
+
+    def _faster_with_rests(
+        self, state: TaskState, legs: tuple[Leg, ...], pause: Pause, passing: TaskState
+    ) -> TaskState:
+        """Return the state after a motion through the ends of legs, or with rests there if that is faster.
+
+        Around a sharp corner the arm slows down nearly to a rest, and farther away from it.
+        """
+        rows = np.array([self._arm(state.scene, at) for at in (state.rested, *(leg.goal for leg in legs))])
+        limits = passing.segments[-1].result.problem.limits
+        bound = float(travel_time(rows[:-1], rows[1:], limits, rests=True).sum())
+        if len(legs) == 1 or passing.segments[-1].trajectory.duration <= bound:
+            return passing
+        resting = state
+        for leg in legs:
+            last = leg is legs[-1]
+            way = self._planned(replace(resting, legs=()), (leg,), pause if last else Pause("", 0.0))
+            if isinstance(way, StageRefusal) or way.time > passing.time:
+                return passing
+            resting = way
+        return resting
+
+    def _arm(self, scene: Scene, positions: Floats) -> Floats:
+        """Take the arm's joints from positions of all joints."""
+        return positions[scene.robot.index(scene.robot.group(self.group).joints)]
 
     def _problem(self, state: TaskState, legs: tuple[Leg, ...], rest: float) -> Problem:
         """State one motion through the ends of legs."""

@@ -6,17 +6,19 @@ nearest-neighbour tour, with random restarts from the best tour (iterated local 
 Stützle, Handbook of Metaheuristics, 2003).
 """
 
+from collections import deque
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats, Ints
 
 SHUFFLED = 8
 """Number of consecutive nodes that a restart shuffles."""
 KICKS = 60
-"""Number of restarts from the best tour."""
+"""Smallest number of restarts from the best tour; with more groups one for each."""
 GAIN = 1e-9
 """Smallest improvement that counts [s]."""
 
@@ -47,20 +49,23 @@ class Tours:
 
         Args:
             rng: Draws the restarts.
-            kicks: Number of restarts.
+            kicks: Smallest number of restarts; one for each group if that is more.
         """
-        best = self._improved(self._nearest_neighbour())
+        first = self.nearest_neighbour()
+        best = self._improved(first, self.groups[first])
         least = self.cost(best)
         width = min(SHUFFLED, len(best))
-        for _ in range(kicks):
-            first = int(rng.integers(len(best) - width + 1))
-            shuffled = rng.permutation(best[first : first + width])
-            tour = self._improved(np.concatenate((best[:first], shuffled, best[first + width :])))
+        for _ in range(max(kicks, len(best))):
+            at = int(rng.integers(len(best) - width + 1))
+            shuffled = rng.permutation(best[at : at + width])
+            changed = np.concatenate((best[:at], shuffled, best[at + width :]))
+            tour = self._improved(changed, self.groups[shuffled])
             if (cost := self.cost(tour)) < least - GAIN:
                 best, least = tour, cost
         return best
 
-    def _nearest_neighbour(self) -> Ints:
+    def nearest_neighbour(self) -> Ints:
+        """Return the tour that goes to the nearest node of the groups that are left."""
         left = np.ones(len(self.groups), dtype=bool)
         tour: list[int] = []
         cost = self.start
@@ -71,12 +76,13 @@ class Tours:
             cost = self.between[node]
         return np.array(tour)
 
-    def _improved(self, tour: Ints) -> Ints:
-        """Improve a tour until neither order nor nodes can be improved."""
-        cost = np.inf
+    def _improved(self, tour: Ints, groups: Ints) -> Ints:
+        """Improve a tour near some groups until neither order nor nodes can be improved."""
+        tour, cost = self._reordered(tour, groups), np.inf
         while (now := self.cost(tour)) < cost - GAIN:
-            cost = now
-            tour = self._reordered(self.chosen(tour))
+            cost, before = now, tour
+            tour = self.chosen(tour)
+            tour = self._reordered(tour, self.groups[tour[tour != before]])
         return tour
 
     def chosen(self, tour: Ints) -> Ints:
@@ -94,17 +100,25 @@ class Tours:
             nodes.append(layer[place])
         return np.array(nodes[::-1])
 
-    def _reordered(self, tour: Ints) -> Ints:
-        """Move and reverse parts of a tour, and insert groups elsewhere, while that makes it shorter."""
-        improved = True
-        while improved:
-            improved = False
-            for place in range(len(tour)):
-                for move in (self._reversed, self._moved, self._inserted):
-                    other = move(tour, place)
-                    if other is not None:
-                        tour, improved = other, True
-                        break
+    def _reordered(self, tour: Ints, groups: Ints) -> Ints:
+        """Move and reverse parts at groups, and insert groups elsewhere, while that makes a tour shorter.
+
+        Groups at the ends of a change are examined next (don't-look bits: Bentley, ORSA Journal on Computing,
+        1992).
+        """
+        waiting = deque(groups.tolist())
+        while waiting:
+            group = waiting.popleft()
+            place = int(np.flatnonzero(self.groups[tour] == group)[0])
+            for move in (self._reversed, self._moved, self._inserted):
+                other = move(tour, place)
+                if other is not None:
+                    changed = np.flatnonzero(other != tour)
+                    first, last = max(int(changed[0]) - 1, 0), min(int(changed[-1]) + 1, len(tour) - 1)
+                    ends = self.groups[other[[first, first + 1, last - 1, last]]].tolist()
+                    waiting.extend(each for each in (group, *ends) if each not in waiting)
+                    tour = other
+                    break
         return tour
 
     def _reversed(self, tour: Ints, first: int) -> Ints | None:
@@ -159,3 +173,27 @@ class Tours:
         if added[best, node] > now - GAIN:
             return None
         return np.concatenate((rest[:best], nodes[node : node + 1], rest[best:]))
+
+
+def travel_time(start: Floats, end: Floats, limits: JointLimits, *, rests: bool) -> Floats:
+    """Return the least time from configurations to others within the limits of velocity and acceleration.
+
+    From rest to rest at most at speed v with acceleration a a joint needs d/v + v/a for a distance d of at
+    least v^2/a, else 2 sqrt(d/a) (Biagiotti and Melchiorri 2008, section 3.2); in passing it needs d/v.
+
+    Args:
+        start: Shape (..., n) [rad | m].
+        end: Shape (..., n) [rad | m].
+        limits: Limits of the n joints.
+        rests: Whether the arm rests at both.
+
+    Returns:
+        Shape (...,) [s].
+    """
+    way = np.abs(end - start)
+    speed, rate = limits.velocity, limits.acceleration
+    if not rests:
+        return (way / speed).max(axis=-1)
+    with np.errstate(invalid="ignore"):
+        cruising = np.where(way * rate >= speed**2, way / speed + speed / rate, 2.0 * np.sqrt(way / rate))
+    return np.where(np.isfinite(rate), cruising, way / speed).max(axis=-1)
