@@ -29,7 +29,7 @@ from trajopt.tasks import (
     TaskResult,
     joint_travel,
 )
-from trajopt.tasks.cartesian import line
+from trajopt.tasks.cartesian import Begin, FollowOptions, line, raster
 from trajopt.tasks.grasping import Grasp, Place
 from trajopt.tasks.grasping.simulation import Hold, simulate_handling
 from trajopt.values.errors import NameNotFound, PlanningFailed, ProblemError
@@ -198,18 +198,35 @@ def test_a_suction_cup_attaches_and_detaches(cell: to.Scene) -> None:
 
 def test_a_curve_is_followed_after_the_way_to_its_beginning(cell: to.Scene) -> None:
     seam = to.follows_curve("panda_hand_tcp", line(over(0.4, 0.1), over(0.55, 0.1)))
-    found = to.plan(task(cell, MoveTo("extended"), FollowCurve(seam, name="seam"), MoveTo("ready")))
+    found = to.plan(task(cell, MoveTo(over(0.5, 0.2)), FollowCurve(seam, name="seam"), MoveTo("ready")))
     assert [stage.name for stage in found.stages] == [
-        "move to extended",
-        "seam: approach",
+        "move",
+        "seam: reach",
         "seam",
         "move to ready",
     ], found.explain()
-    assert len(found.segments) == 3
     far = to.follows_curve("panda_hand_tcp", line(over(0.4, 0.1), over(1.4, 0.1)))
     failed = to.plan(task(cell, FollowCurve(far, name="seam")))
     assert not failed.verified
     assert "seam" in failed.reason
+
+
+def test_rows_are_joined_without_a_rest_off_the_surface(cell: to.Scene) -> None:
+    """Two rows over a plate on the table, above it: retract, reach and approach are one motion."""
+    corners = np.array([(x, y, 0.045) for x in (0.4, 0.6) for y in (0.1, 0.2)])
+    top = to.Mesh(corners, np.array([(0, 2, 1), (1, 2, 3)], dtype=np.int32))
+    rows = raster(top, 0, 0.06, along=(1, 0, 0), margin=0.02)
+    steady = FollowOptions(
+        begin=Begin.ANY_BRANCH, tool_speed=(to.tool_speed("panda_hand_tcp", linear=0.05, steady=0.02),)
+    )
+    stages = [
+        FollowCurve(to.follows_curve("panda_hand_tcp", row), options=steady, off=0.05, name=f"row {number}")
+        for number, row in enumerate(rows)
+    ]
+    high = cell.add("plate", to.Box(0.2, 0.1, 0.005), to.placement((0.5, 0.15, 0.0025)))
+    found = to.plan(task(high, SetGripper(0.0), *stages, MoveTo("ready")))
+    assert found.verified, found.explain()
+    assert ("row 0: retract", "row 1: reach", "row 1: approach") in [part.stages for part in found.segments]
 
 
 def test_a_failure_names_its_stage_once(cell: to.Scene) -> None:

@@ -260,7 +260,7 @@ class TaskSearch:
 
         Around a sharp corner the arm slows down nearly to a rest, and farther away from it.
         """
-        rows = np.array([self._arm(state.scene, at) for at in (state.rested, *(leg.goal for leg in legs))])
+        rows = np.array([self.arm(state.scene, at) for at in (state.rested, *(leg.goal for leg in legs))])
         limits = passing.segments[-1].result.problem.limits
         bound = float(travel_time(rows[:-1], rows[1:], limits, rests=True).sum())
         if len(legs) == 1 or passing.segments[-1].trajectory.duration <= bound:
@@ -274,7 +274,7 @@ class TaskSearch:
             resting = way
         return resting
 
-    def _arm(self, scene: Scene, positions: Floats) -> Floats:
+    def arm(self, scene: Scene, positions: Floats) -> Floats:
         """Take the arm's joints from positions of all joints."""
         return positions[scene.robot.index(scene.robot.group(self.group).joints)]
 

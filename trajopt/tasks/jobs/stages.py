@@ -25,7 +25,7 @@ from trajopt.tasks.grasping.gripper import Gripper, gripper_of
 from trajopt.tasks.grasping.planning import LET_GO
 from trajopt.tasks.grasping.result import Refusal
 from trajopt.tasks.grasping.result import Stage as Step
-from trajopt.tasks.grasping.straight import along_line, with_room
+from trajopt.tasks.grasping.straight import along_line, track_line, with_room
 from trajopt.tasks.grasping.task import CandidateNames, PickPlaceTask, TimedConfiguration, later
 from trajopt.tasks.jobs.result import Handling, Pause, StageRefusal, TaskSegment
 from trajopt.tasks.jobs.search import Leg, Stage, TaskSearch, TaskState, Way, in_sequence
@@ -98,13 +98,20 @@ class FollowCurve(Value):
     Attributes:
         curve: The curve with its frame and tolerances: `follows_curve(...)`.
         options: Speeds of the process, and the reaction to obstacles.
+        off: Length of a straight motion along z of the frame before the curve, and back after it [m].
         name: Name of the stage.
     """
 
     curve: FollowsCurve
     options: FollowOptions = field(default_factory=partial(FollowOptions, begin=Begin.ANY_BRANCH))
+    off: float = 0.0
     name: str = ""
     default_name = "follow"
+
+    def __post_init__(self) -> None:
+        """Check the length."""
+        if number("off", self.off) < 0.0:
+            raise ProblemError(f"off must not be negative, is {self.off:g} m")
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         """Check the frames against the scene; see `Task`."""
@@ -132,9 +139,44 @@ class FollowCurve(Value):
             yield StageRefusal(self.name, followed.status, followed.reason, followed.result)
             return
         segment = TaskSegment((self.name,), followed.result)
-        approach = Leg(f"{self.name}: approach", segment.positions(0.0), state.scene)
-        begun = search.rested(state.to(approach))
-        yield begun if isinstance(begun, StageRefusal) else begun.after(segment)
+        begun = self._led(search, state, segment.positions(0.0))
+        if isinstance(begun, StageRefusal):
+            yield begun
+            return
+        ended = begun.after(segment)
+        if self.off > 0.0:
+            away = self._beside(search, ended, ended.positions)
+            if isinstance(away, StageRefusal):
+                yield away
+                return
+            ended = ended.to(self._straight(search, ended, "retract", ended.positions, away))
+        yield ended
+
+    def _led(self, search: TaskSearch, state: TaskState, begin: Floats) -> Way:
+        """Return the state at the beginning of the curve."""
+        if self.off == 0.0:
+            return search.rested(state.to(Leg(f"{self.name}: reach", begin, state.scene)))
+        before = self._beside(search, state, begin)
+        if isinstance(before, StageRefusal):
+            return before
+        reached = state.to(Leg(f"{self.name}: reach", before, state.scene))
+        return search.rested(reached.to(self._straight(search, state, "approach", before, begin)))
+
+    def _beside(self, search: TaskSearch, state: TaskState, at: Floats) -> Floats | StageRefusal:
+        """Return positions of all joints off an end of the curve, or the reason why there are none."""
+        scene, frame = state.scene, self.curve.frame
+        reduced = search.reduced(scene, at)
+        away = -self.off * scene.placement_of(frame, at).rotation[:, 2]
+        found = track_line(reduced, frame, search.arm(scene, at), away, search.tracker)
+        if found.status is not None:
+            return StageRefusal(self.name, found.status, f"off an end of the curve: {found.reason}")
+        return reduced.all_positions(found.end)
+
+    def _straight(self, search: TaskSearch, state: TaskState, name: str, begin: Floats, end: Floats) -> Leg:
+        near = begin if name == "retract" else end
+        room = with_room(search.reduced(state.scene, near), search.arm(state.scene, near))
+        line = along_line(state.scene, begin, end, self.curve.frame, search.options)
+        return Leg(f"{self.name}: {name}", end, room, line)
 
 
 @checked
