@@ -16,7 +16,7 @@ from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Floats, Ints
 
 SHUFFLED = 8
-"""Number of consecutive nodes that a restart shuffles."""
+"""Number of consecutive groups that a restart shuffles, each with a random node."""
 KICKS = 60
 """Smallest number of restarts from the best tour; with more groups one for each."""
 GAIN = 1e-9
@@ -57,7 +57,8 @@ class Tours:
         width = min(SHUFFLED, len(best))
         for _ in range(max(kicks, len(best))):
             at = int(rng.integers(len(best) - width + 1))
-            shuffled = rng.permutation(best[at : at + width])
+            others = rng.permutation(self.groups[best[at : at + width]])
+            shuffled = np.array([rng.choice(np.flatnonzero(self.groups == group)) for group in others])
             changed = np.concatenate((best[:at], shuffled, best[at + width :]))
             tour = self._improved(changed, self.groups[shuffled])
             if (cost := self.cost(tour)) < least - GAIN:
