@@ -222,6 +222,8 @@ def by_call() -> Mapping[str, Any]:
         "rail.lower": -1.0,
         "rail.upper": 1.0,
         "rail.velocity": 1.0,
+        "raster.mesh": to.Mesh(np.eye(3), np.array([(0, 1, 2)], dtype=np.int32)),
+        "raster.face": 0,
         "render.motion": Path("nothing.png"),
         "rest_posture.positions": {"joint1": 0.1},
         "straight_line.knots": 3,
