@@ -316,11 +316,7 @@ def in_words(state: campaigns.Progress) -> str:
 
 
 def engine_of(name: EngineName, address: str, workers: int) -> campaigns.Engine:
-    """Return the engine of a name.
-
-    Raises:
-        ProblemError: If an address is given to this machine.
-    """
+    """Return the engine of a name."""
     match name:
         case EngineName.RAY:
             return campaigns.Ray(address, workers)
@@ -432,11 +428,7 @@ class Words:
 
 
 def steps(first: float, last: float, count: int) -> tuple[float, ...]:
-    """Return evenly spread numbers, both ends included.
-
-    Raises:
-        ProblemError: If the count is not positive.
-    """
+    """Return evenly spread numbers, both ends included."""
     if count < 1:
         raise ProblemError(f"a grid needs at least one step, {count} are given")
     return tuple(float(value) for value in np.linspace(first, last, count))

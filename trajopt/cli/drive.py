@@ -177,11 +177,7 @@ def run(
 
 
 def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:
-    """Read the surprises, or draw one on the path of the plan.
-
-    Raises:
-        ProblemError: If the seed is not a number, or there is no plan to disturb.
-    """
+    """Read the surprises, or draw one on the path of the plan."""
     if not words:
         return NONE
     if not words.startswith(RANDOM):
@@ -292,11 +288,7 @@ def _still_problem(source: RobotSource, scene: Path, motions: Path | None, group
 
 
 def _input(source: str, problem: Problem, frame: str, axes: str, port: int, host: str) -> ServoInput:
-    """Open the input device.
-
-    Raises:
-        ProblemError: If there is no such input.
-    """
+    """Open the input device."""
     if source == GAMEPAD:
         return Gamepad(frame=axes)
     if source == BROWSER:

@@ -141,11 +141,7 @@ class RobotSource:
 
     @staticmethod
     def from_dict(path: Path, document: dict[str, object]) -> "RobotSource":
-        """Read the data of `as_dict`.
-
-        Raises:
-            FileFormatError: If it names no robot.
-        """
+        """Read the data of `as_dict`."""
         robot, folders = document.get("robot"), document.get("package_dirs")
         if not isinstance(robot, str):
             raise FileFormatError(str(path), "names no robot; give --robot, --scene and --request")
@@ -248,11 +244,7 @@ def robot_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def sources_of(robots: list[str], **stated: Any) -> list[RobotSource]:
-    """Return the sources of robots; options of a description belong to the only description.
-
-    Raises:
-        ModelError: If an SRDF or limits are given with several descriptions.
-    """
+    """Return the sources of robots; options of a description belong to the only description."""
     described = [each for each in robots if Path(each).is_file()]
     if len(described) > 1 and (stated["srdf"] is not None or stated["limits"] is not None):
         raise ModelError(f"--srdf and --limits are of one robot, and {len(described)} descriptions are given")
@@ -279,11 +271,7 @@ def budget_of(
     workers: int = 1,
     clock: Callable[[], float] = time.monotonic,
 ) -> Budget:
-    """Return the budget of the options.
-
-    Raises:
-        ProblemError: If they contradict each other, or improvement has no end.
-    """
+    """Return the budget of the options."""
     if improve and time_budget is None and portfolio:
         raise ProblemError("--improve uses the whole time budget: give --time-budget, in seconds, too")
     attempts = None if portfolio else 1
@@ -293,11 +281,7 @@ def budget_of(
 def read_files(
     robot: Robot, scene: Path, request: Path, motions: Path | None = None
 ) -> tuple[SceneFile, RequestFile]:
-    """Read a scene, optionally the motions of its objects, and a request.
-
-    Raises:
-        FileFormatError: If a file is missing or invalid.
-    """
+    """Read a scene, optionally the motions of its objects, and a request."""
     around = read_scene(scene, robot)
     if motions is not None:
         around = replace(around, scene=read_motions(motions, around.scene))

@@ -36,23 +36,14 @@ def is_bundle(path: Path) -> bool:
 
 @cache
 def bundle_in(path: Path) -> Bundle:
-    """Return a bundle, its meshes unpacked to a folder that is removed at the end of the process.
-
-    Raises:
-        FileFormatError: If the file is invalid.
-    """
+    """Return a bundle, its meshes unpacked to a folder that is removed at the end of the process."""
     folder = mkdtemp(prefix="trajopt-")
     atexit.register(rmtree, folder, ignore_errors=True)
     return read_bundle(path, meshes=folder)
 
 
 def motion_in(path: Path) -> Trajectory:
-    """Return the motion in a file: a bundle, or any format of `read_trajectory`.
-
-    Raises:
-        FileFormatError: If the file is invalid.
-        ModelError: If it is a bundle without a motion.
-    """
+    """Return the motion in a file: a bundle, or any format of `read_trajectory`."""
     return bundle_in(path).require() if is_bundle(path) else read_trajectory(path)
 
 
@@ -153,11 +144,7 @@ class Ends:
 
 
 def scene_around(source: RobotSource, scene: Path | None, motions: Path | None) -> tuple[Scene, list[str]]:
-    """Return the robot in a scene, or alone, and notes on how files were read.
-
-    Raises:
-        FileFormatError: If a file is missing or malformed.
-    """
+    """Return the robot in a scene, or alone, and notes on how files were read."""
     robot = source.load()
     read = None if scene is None else read_scene(scene, robot)
     around = Scene(robot) if read is None else read.scene

@@ -238,11 +238,7 @@ def stated(**limits: float | None) -> dict[str, Any]:
 
 
 def loaded(sources: list[RobotSource]) -> dict[str, Robot]:
-    """Return robots by their names for clients: the name of an installed one, or of the description.
-
-    Raises:
-        ModelError: If two have the same name.
-    """
+    """Return robots by their names for clients: the name of an installed one, or of the description."""
     robots: dict[str, Robot] = {}
     for source in sources:
         robot = source.load()

@@ -100,11 +100,7 @@ def simulate(
 
 
 def _times(text: str) -> list[float] | None:
-    """Read the times of a picture; None if not given.
-
-    Raises:
-        ProblemError: If one is not a number.
-    """
+    """Read the times of a picture; None if not given."""
     try:
         return [float(part) for part in text.split(",")] if text else None
     except ValueError:

@@ -250,11 +250,7 @@ def _words(value: object) -> str:
 
 
 def _kind(name: str | None) -> EntryKind | None:
-    """Return the kind of a name.
-
-    Raises:
-        ModelError: If the name is not a kind.
-    """
+    """Return the kind of a name."""
     if name is None:
         return None
     if name.upper() not in EntryKind.__members__:
@@ -263,11 +259,7 @@ def _kind(name: str | None) -> EntryKind | None:
 
 
 def _day(text: str, *, end: bool = False) -> datetime | None:
-    """Return a time; for a date the beginning or end of the day.
-
-    Raises:
-        ModelError: If it is neither.
-    """
+    """Return a time; for a date the beginning or end of the day."""
     if not text:
         return None
     try:
@@ -298,12 +290,7 @@ class Given:
 
 
 def value_given(given: Given) -> Robot | Scene | Problem | StoredState | Constraints:
-    """Return the value to add.
-
-    Raises:
-        ModelError: If nothing is named, or too much.
-        FileFormatError: If a file is invalid.
-    """
+    """Return the value to add."""
     if given.robot is None:
         raise ModelError("give what is to be kept: --bundle, or --robot with or without what is of it")
     chosen = [each for each in (given.scene, given.state, given.constraints) if each is not None]
@@ -319,11 +306,7 @@ def value_given(given: Given) -> Robot | Scene | Problem | StoredState | Constra
 
 
 def _constraints(path: Path, robot: Robot) -> Constraints:
-    """Return the requirements of a constraints message.
-
-    Raises:
-        FileFormatError: If it requires nothing, or something in a frame that it makes itself.
-    """
+    """Return the requirements of a constraints message."""
     scene = Scene(robot)
     reading = reading_at(scene, layered_positions(robot))
     required, around = read_constraints(read_document(path), scene, reading)

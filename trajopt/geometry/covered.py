@@ -30,9 +30,9 @@ MOST = 200
 FEWEST = 200
 """Clouds of fewer balls or cubes are left as they are."""
 PARTS, CUTS = 4, 3
-"""Number of parts that a box in the way at an end is cut into along its longest axis, and number of cuts:
-enough
-to cut a table top of two metres to cells. Boxes still in the way become single balls or cubes.
+"""Parts that a box in the way at an end is cut into along its longest axis, and number of cuts: enough to cut
+a table top of
+two metres to cells. Boxes still in the way become single balls or cubes.
 """
 MIDDLE, NO_POINTS, NO_TRIANGLES = np.zeros((1, 3)), np.empty((0, 3)), np.empty((0, 3, 3))
 
@@ -65,7 +65,6 @@ class BoxCover:
         return BoxCover(axes, (low + high) / 2.0 @ axes.T, half, core, geometries, solids)
 
     def cut(self, cloud: Points | Voxels, boxes: Ints, parts: int) -> "BoxCover":
-        """Return the cover with some boxes cut along their longest axes into at most this number of parts."""
         return BoxCover.of(cloud, self.core.cut(solid_of(cloud), boxes, CELL, parts))
 
 
@@ -86,15 +85,12 @@ def _box(edges: Floats) -> coal.CollisionGeometry:
 
 
 def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Evaluator | None:
-    """Return a query in which boxes replace clouds, except near the robot's ends.
+    """Return a query in which boxes replace clouds; None if there is no cloud at rest that boxes can replace.
 
     Its pairs are the model's, and no distance is larger than theirs.
 
     Args:
         ends: Configurations at which every box keeps the required distance, shape (S, n) [rad | m].
-
-    Returns:
-        The query; None if there is no cloud at rest that boxes can replace.
     """
     whole = reduced.derived(_covered)
     if whole is None:
@@ -140,12 +136,7 @@ class Covered:
 
     @staticmethod
     def of(reduced: ReducedModel, covers: Mapping[int, BoxCover], opened: Mapping[int, Ints]) -> "Covered":
-        """Replace clouds by boxes.
-
-        Args:
-            covers: The covers, by the number of the cloud's body.
-            opened: For each the boxes that are replaced by their balls or cubes.
-        """
+        """Replace clouds by boxes, by the number of the cloud's body; opened boxes by balls or cubes."""
         plain, bodies = BodyParts.of(reduced), reduced.bodies
         parts = [_Part.plain(plain, [n for n in range(len(bodies)) if n not in covers])]
         for number, cover in covers.items():
@@ -173,7 +164,6 @@ class Covered:
         return proximity.Query(self.cell, stands_for, count)
 
     def nearer_than_required(self, reduced: ReducedModel, ends: Floats) -> Mapping[int, Ints]:
-        """Return the boxes that are too near at some configuration, by the number of the cloud's body."""
         count, required = len(self.first), reduced.pairs.required
         core = self.core(np.arange(count), count)
         pairs = core.close_pairs(np.ascontiguousarray(ends), required[self.stands_for])[1]
@@ -187,7 +177,6 @@ class Covered:
         """Return the model with some boxes replaced.
 
         Args:
-            boxes: The boxes, by the number of the cloud's body.
             parts: Number of parts to cut them into along their longest axes; 0 for single balls or cubes.
         """
         if not parts:
@@ -262,7 +251,6 @@ def _joined(parts: Sequence[_Part]) -> BodyParts:
 
 
 def _pairs(first: Ints, second: Ints, members: Sequence[Ints]) -> tuple[Ints, Ints, Ints]:
-    """Return all pairs of members of pairs of bodies: the index of the original pair, and its two members."""
     counts = np.array([len(each) for each in members])
     starts, every = np.cumsum(counts) - counts, np.concatenate(members)
     many = counts[first] * counts[second]

@@ -101,12 +101,12 @@ class DynamicObstacles(Printed):
         """Measure the pairs that come nearer than the clearance to keep, less the error.
 
         Args:
-            positions: Configurations of the group, shape (s, n) [rad | m].
-            times: Their times, shape (s,) [s].
+            positions: Of the group, shape (s, n) [rad | m].
+            times: Shape (s,) [s].
             kept: Clearance that each pair keeps; -inf if it is not measured, shape (p,) [m].
             within: Pairs are measured if they are nearer than `kept` and this much more, (p,) or one [m].
-            until: Time for whose errors the pairs are measured at least, no less than any of `times`; calls
-                with the same one are cheaper [s]. The last of `times` when None.
+            until: Least time for whose errors the pairs are measured; calls with the same one are cheaper
+                [s]. The last of `times` when None.
         """
         latest = float(times.max(initial=0.0)) if until is None else until
         reach = kept + self.pairs.error_at(latest, slice(None)) + within

@@ -1,8 +1,7 @@
 """Evaluator: the protocol of kinematics, distances and bounds of motion at many configurations.
 
-It is the seam for another implementation, for example one that evaluates a batch on a GPU:
-`Problem.evaluator` makes the one that planning works with, and each call takes all configurations of
-interest. The judge has its own kinematics and distances, so a wrong evaluator cannot lead to a wrong proof.
+`Problem.evaluator` makes the one that planning works with, for example one on a GPU. The judge has its own
+kinematics and distances, so a wrong evaluator cannot lead to a wrong proof.
 """
 
 from dataclasses import dataclass

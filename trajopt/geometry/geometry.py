@@ -55,7 +55,6 @@ def collision_geometry(shape: shapes.Shape) -> coal.CollisionGeometry:
 
 
 def _surface(shape: shapes.Convex | Mesh) -> coal.BVHModelOBBRSS:
-    """Return an unfinished surface; it takes arrays, while a hull takes a list of points."""
     surface = coal.BVHModelOBBRSS()
     surface.beginModel(len(shape.faces), len(shape.vertices))
     surface.addVertices(np.ascontiguousarray(shape.vertices))
@@ -108,13 +107,11 @@ class BoundingBoxes:
         return BoundingBoxes(*(np.concatenate([getattr(each, name) for each in several]) for name in names))
 
     def take(self, numbers: Ints) -> "BoundingBoxes":
-        """Return the boxes of some of the bodies, by their numbers, shape (k,)."""
         return BoundingBoxes(*(getattr(self, each.name)[numbers] for each in fields(self)))
 
 
 @cached_per_value
 def _corners(shape: shapes.Shape) -> Floats:
-    """Return the lower and the upper corner of a shape's box, shape (2, 3) [m]."""
     return np.array(shapes.bounding_box(shape))
 
 

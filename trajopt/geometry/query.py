@@ -57,26 +57,14 @@ class Query:
         return self._dynamics
 
     def kinematics(self, positions: Floats) -> JointPlacements:
-        """Place all joints at configurations.
-
-        Args:
-            positions: The group's positions, shape (S, n) [rad | m].
-        """
         self.counts.forward_kinematics += len(positions)
         return JointPlacements(*self._core.placements(np.ascontiguousarray(positions)))
 
     def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
-        """Measure every pair that is nearer than its reach.
+        """Measure every pair that is nearer than its reach, shape (p,) [m].
 
-        Args:
-            positions: S configurations of the group, shape (S, n) [rad | m], cheaper if neighbours are
-                near each other. Another call with the same number near the last ones is cheaper; the
-                result is the same.
-            reach: Distance of interest, one for each pair, shape (p,) [m].
-
-        Returns:
-            One contact for each configuration and pair with a signed distance below the reach, in
-            no particular order; for a pair with a cloud up to six, of several sides, including the nearest.
+        For a pair with a cloud up to six contacts, of several sides, including the nearest. Calls with
+        configurations near the last ones are cheaper; the result is the same.
         """
         core, counts = self._core, self.counts
         bounds, distances = core.bounds, core.distances
@@ -89,15 +77,8 @@ class Query:
     def displacement(self, start: Floats, end: Floats) -> Floats:
         """Bound the distance of any point of a body from its place at other configurations.
 
-        The bound |dc| + |dR|_F / sqrt(2) r holds for the chord between the two placements: c is
-        the body's centre, r the radius of its bounding sphere.
-
-        Args:
-            start: S configurations, shape (S, n) [rad | m].
-            end: S others, shape (S, n).
-
-        Returns:
-            Largest bound over all bodies that move, shape (S,) [m].
+        The bound |dc| + |dR|_F / sqrt(2) r holds for the chord between the two placements: c is the body's
+        centre, r the radius of its bounding sphere.
         """
         self.counts.forward_kinematics += 2 * len(start)
         return self._core.displacement(np.ascontiguousarray(start), np.ascontiguousarray(end))
@@ -216,23 +197,20 @@ def search_path(
     seed: int,
     check: Callable[[], None],
 ) -> Floats | None:
-    """Search a path; the interpreter's lock is released meanwhile.
+    """Search a path with straight lines between corners (k, n), both ends included; None if none was found.
 
-    RRT-Connect, with a shortened path; compiled, with a generator of its own. Sources: Kuffner and LaValle,
-    ICRA 2000; Geraerts and Overmars, IJRR 2007 (shortening).
+    RRT-Connect, with a shortened path; compiled, with a generator of its own, without the interpreter's lock.
+    Sources: Kuffner and LaValle, ICRA 2000; Geraerts and Overmars, IJRR 2007 (shortening).
 
     Args:
-        query: Of the robot and its surroundings; its counts include the work done.
+        query: Its counts include the work done.
         start: Shape (n,) [rad | m].
         goals: Possible ends, shape (g, n).
-        space: Space of the search; a start or goal outside is added to it.
+        space: A start or goal outside is added to it.
         checked: Configurations that are checked before the search gives up.
         shortening: Configurations that shortening may check, in each of its three passes.
         seed: Of the random numbers, at least 0: the same on every platform.
         check: Called every few milliseconds; may raise to stop.
-
-    Returns:
-        Corners, shape (k, n), with straight lines between them, both ends included; None if none was found.
     """
     ends = np.concatenate((start[None], goals))
     counts, before = query.counts, query.counts.forward_kinematics

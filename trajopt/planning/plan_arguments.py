@@ -69,11 +69,7 @@ class PlanArguments(Value):
 
     @property
     def generator(self) -> np.random.Generator | None:
-        """A generator in the state of the given one; None without.
-
-        Raises:
-            ProblemError: If numpy does not have its kind.
-        """
+        """A generator in the state of the given one; None without."""
         if self.random is None:
             return None
         name = self.random.get("bit_generator")

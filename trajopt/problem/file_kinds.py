@@ -59,23 +59,14 @@ MOST_FACES = 200_000
 
 
 def check_value(value: object) -> None:
-    """Check a value whose indices or names would otherwise be used out of bounds.
-
-    Raises:
-        ShapeError: If an array has a wrong shape or type.
-        ModelError: If names or numbers are inconsistent.
-    """
+    """Check a value whose indices or names would otherwise be used out of bounds."""
     check = _CHECKS.get(type(value))
     if check is not None:
         check(value)
 
 
 def check_fields(kind: type[object], given: Mapping[str, Any]) -> None:
-    """Check fields whose constructor would take too long.
-
-    Raises:
-        ShapeError: If a mesh has too many faces.
-    """
+    """Check fields whose constructor would take too long."""
     if kind in (Mesh, Convex) and len(np.atleast_1d(given["faces"])) > MOST_FACES:
         raise ShapeError("faces", f"must be 1 to {MOST_FACES}, are {len(given['faces'])}")
 

@@ -187,9 +187,6 @@ def registered(dispatch: Dispatch[Result_co], kind: type[Requirement], what: str
         dispatch: Dispatching function.
         kind: Class of the requirement.
         what: Name of the registered function in the error.
-
-    Raises:
-        ProblemError: If no function is registered.
     """
     if not has(dispatch, kind):
         import_installed()

@@ -186,11 +186,7 @@ def _check_residual(role: str, residual: object) -> None:
 
 
 def check_path_constraint(required: object) -> None:
-    """Check the type of a path constraint.
-
-    Raises:
-        ProblemError: If it is neither a requirement nor a constraint, or has a window of knots.
-    """
+    """Check the type of a path constraint."""
     if not isinstance(required, Requirement | Constraint):
         raise ProblemError(f"constraints: {shown(required)} is neither a requirement nor a Constraint")
     if isinstance(required, Constraint) and required.window not in (WHOLE, END):

@@ -40,12 +40,7 @@ from trajopt.values.printed import in_unit
 def stated_rates(
     robot: Robot, name: str, rates: Mapping[str, float], *, degrees: bool
 ) -> Mapping[str, float]:
-    """Return velocities or accelerations by joint, converted from degrees for revolute joints.
-
-    Raises:
-        ProblemError: If they are not a mapping.
-        ShapeError: If a value in degrees is not a number.
-    """
+    """Return velocities or accelerations by joint, converted from degrees for revolute joints."""
     given = mapping(name, rates)
     if not one_of("degrees", degrees, bool):
         return given
@@ -57,11 +52,7 @@ def stated_rates(
 
 
 def only_group(robot: Robot) -> str:
-    """Return the robot's only group.
-
-    Raises:
-        ProblemError: If it has several.
-    """
+    """Return the robot's only group."""
     if len(robot.groups) != 1:
         raise ProblemError(f"group: choose one of {listed(tuple(robot.groups))}")
     return next(iter(robot.groups))
@@ -75,11 +66,6 @@ def stated_goal(
     Args:
         goal: One requirement or several, or any one goal of a set.
         degrees: Whether joint positions by name are in degrees.
-
-    Raises:
-        ProblemError: If it has no accepted form, or it is a placement and the group has no single tool.
-        ShapeError: If a number cannot be used.
-        NameNotFound: If a state or a joint is unknown.
     """
     if isinstance(goal, GoalSet):
         each = goal.alternatives.items()
@@ -209,11 +195,7 @@ def _state(robot: Robot, group: str, name: str) -> Mapping[str, float]:
 
 
 def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
-    """Check the types of waypoints and the number of knots.
-
-    Raises:
-        ProblemError: If a waypoint is not a requirement or several, or there are too few knots.
-    """
+    """Check the types of waypoints and the number of knots."""
     for name, wanted in waypoints.items():
         if not wanted or not all(isinstance(item, Requirement) for item in wanted):
             raise ProblemError(
@@ -225,11 +207,7 @@ def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> No
 
 
 def stated_dwell(dwell: float) -> float:
-    """Return the dwell time at the goal [s].
-
-    Raises:
-        ProblemError: If it is negative.
-    """
+    """Return the dwell time at the goal [s]."""
     if number("dwell", dwell) < 0.0:
         raise ProblemError(f"dwell must not be negative, is {dwell:g} s")
     return float(dwell)
@@ -240,10 +218,6 @@ def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
 
     Args:
         in_motion: Whether the start has a velocity or an acceleration.
-
-    Raises:
-        NameNotFound: If a frame or joint is unknown.
-        ProblemError: If a goal other than a placement moves, or a goal moves and the start is in motion.
     """
     moving = _moving(scene, item)
     if not moving:
@@ -258,13 +232,7 @@ def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
 
 
 def check_names(scene: Scene, item: Requirement) -> None:
-    """Check the frames and joints of a requirement.
-
-    Raises:
-        NameNotFound: If a frame or joint is unknown.
-        ProblemError: If the position of a prismatic joint is in degrees, or a frame belongs to a dynamic
-            obstacle.
-    """
+    """Check the frames and joints of a requirement."""
     scene.robot.index(item.joints)
     if moving := _moving(scene, item):
         raise ProblemError(f"{moving}: only goals may refer to frames of dynamic obstacles")
@@ -311,9 +279,6 @@ def stated_knots(robot: Robot, group: str, stated: int, waypoints: int = 0) -> i
     Args:
         stated: `Problem.knots`.
         waypoints: Number of waypoints on the path.
-
-    Raises:
-        ProblemError: If `stated` is not an integer, or out of range.
     """
     if stated != 0:
         whole = isinstance(stated, int)  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -338,11 +303,6 @@ def start_rates(
         stated: Joint -> velocity [rad/s | m/s] or acceleration [rad/s^2 | m/s^2].
         kind: Velocity or acceleration.
         limits: Limits of the group's n joints.
-
-    Raises:
-        JointNotFound: If a joint is not in the group.
-        ShapeError: If a value is not a number.
-        ProblemError: If a value exceeds its limit.
     """
     names, rates = limits.joint_names, np.zeros(len(limits.joint_names))
     most = limits.velocity if kind is LimitKind.VELOCITY else limits.acceleration

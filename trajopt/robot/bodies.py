@@ -280,11 +280,7 @@ class CollisionBody(Value):
     scale: float = 1.0
 
     def scaled(self, scale: float) -> "CollisionBody":
-        """Return it at another scale, relative to its original size, as MoveIt scales links.
-
-        Raises:
-            SizeError: If the result is larger than any shape may be.
-        """
+        """Return it at another scale, relative to its original size, as MoveIt scales links."""
         return replace(self, shape=scaled(self.shape, scale / self.scale, self.centre), scale=scale)
 
 

@@ -47,13 +47,6 @@ def stated_configuration(
             may be for any group, provided that all groups with that number of joints have the same joints.
         degrees: Whether positions of revolute joints by name or in an array are in degrees; states and
             ends of motions are always in radians.
-
-    Raises:
-        ProblemError: If it has none of these forms.
-        ShapeError: If there is not one finite number for each joint; the message names the missing joints.
-        NameNotFound: If a name is unknown.
-        MimicContradiction: If a mimic joint contradicts the joint that it follows.
-        PlanningFailed: If it is a result without a motion.
     """
     in_degrees = one_of("degrees", degrees, bool)
     if isinstance(given, str):
@@ -75,11 +68,7 @@ def stated_configuration(
 
 
 def joints_of(robot: Robot, group: str, count: int) -> tuple[str, ...]:
-    """Return the joints that an array of this length is for; empty if there are none or several candidates.
-
-    Raises:
-        GroupNotFound: If there is no such group.
-    """
+    """Return the joints that an array of this length is for; empty if that is ambiguous."""
     if count == len(robot.joint_names):
         return robot.joint_names
     groups = (robot.group(group),) if group else tuple(robot.groups.values())

@@ -91,13 +91,7 @@ def frame_attachment(name: str, value: FrameAttachment | tuple[str, PlacementLik
 def tool_frames(
     frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]], links: Sequence[str]
 ) -> Mapping[str, FrameAttachment]:
-    """Return the tool frames of a robot, checked against its links.
-
-    Raises:
-        ShapeError: If one is not a link with a placement.
-        FrameNotFound: If its link is unknown.
-        ModelError: If it has the name of a link or of the world.
-    """
+    """Return the tool frames of a robot, checked against its links."""
     tools = {tool: frame_attachment(f"frame {shown(tool)}", at) for tool, at in frames.items()}
     for tool, frame in tools.items():
         if frame.link not in links:

@@ -93,11 +93,7 @@ class Clearances:
                 raise ShapeError("required clearance", f"is negative: {value:g} m")
 
     def having(self, value: float, pair: frozenset[str] | None) -> "Clearances":
-        """Return a copy with another clearance for all pairs of every kind, or for one pair [m].
-
-        Raises:
-            ShapeError: If it is negative or not finite.
-        """
+        """Return a copy with another clearance for all pairs of every kind, or for one pair [m]."""
         if pair is None:
             return replace(self, everywhere=value, kinds={})
         return replace(self, pairs={**self.pairs, pair: value})

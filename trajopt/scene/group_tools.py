@@ -15,10 +15,6 @@ def tool_of(scene: Scene, group: str) -> str:
     is fixed to it; else the tip of the group's chain; else the link that the SRDF fixes an end effector of
     the group to; else the group's only last link. A chain whose tip is on the end effector itself ends at
     that tip.
-
-    Raises:
-        GroupNotFound: If there is no such group.
-        ProblemError: If there is no such frame, or several.
     """
     candidates = _tools(scene, group)
     if len(candidates) == 1:
@@ -30,21 +26,13 @@ def tool_of(scene: Scene, group: str) -> str:
 
 
 def ends_of(scene: Scene, group: str) -> tuple[str, ...]:
-    """Return the frames at the ends of a group: its tool, or one for each arm.
-
-    Raises:
-        GroupNotFound: If there is no such group.
-    """
+    """Return the frames at the ends of a group: its tool, or one for each arm."""
     candidates = _tools(scene, group)
     return tuple(dict.fromkeys(candidates)) if candidates else _ends(scene.robot, group)
 
 
 def end_link(robot: Robot, group: str) -> str:
-    """Return the last link of a group: the tip of its chain, or else its only last link; None if ambiguous.
-
-    Raises:
-        GroupNotFound: If there is no such group.
-    """
+    """Return the last link of a group: the tip of its chain, or its only last link; None if ambiguous."""
     ends = _ends(robot, group)
     return robot.group(group).tip or (ends[0] if len(ends) == 1 and robot.group(group).joints else "")
 

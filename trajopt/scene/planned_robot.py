@@ -114,10 +114,6 @@ def model_and_trajectory(
         trajectory: The motion of a reduced model; None for a plan's own.
         kind: Class of reduced models.
         argument: Name of `motion` in the caller, for errors.
-
-    Raises:
-        PlanningFailed: If the result has no plan.
-        ProblemError: If it is neither, or the trajectory is missing.
     """
     unless_none("trajectory", trajectory, Trajectory)
     if isinstance(motion, kind):

@@ -291,9 +291,6 @@ def whole_robot(scene: Scene, joints: tuple[str, ...], start: Floats) -> Reduced
     Args:
         joints: Free joints.
         start: Positions of all joints [rad | m].
-
-    Raises:
-        ModelError: If the robot has a group with the name of the temporary one.
     """
     robot = scene.robot
     if WHOLE in robot.groups:

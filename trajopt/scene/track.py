@@ -565,11 +565,7 @@ class Timing(Value):
         return self.motion is None and self.appears == -inf and self.expires == inf
 
     def shifted(self, time: float) -> Timing:
-        """Return it with the clock advanced by `time` [s].
-
-        Raises:
-            ShapeError: If its motion is unknown by then, or the time is before 0.
-        """
+        """Return it with the clock advanced by `time` [s]."""
         motion = self.motion if self.motion is None else self.motion.shifted(time)
         return Timing(motion, self.appears - time, self.expires - time)
 

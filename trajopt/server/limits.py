@@ -150,11 +150,7 @@ POINTS = ("points", "waypoints", "poses", "placements", "positions")
 
 
 def check_sizes(document: object, watch: Watch) -> None:
-    """Check the sizes of meshes and trajectories in a request.
-
-    Raises:
-        RequestRefused: If there are too many triangles in total, or too many points in one list.
-    """
+    """Check the sizes of meshes and trajectories in a request."""
     triangles = _count(document, watch.points)
     if triangles > watch.triangles:
         raise RequestRefused(

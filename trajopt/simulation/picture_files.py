@@ -30,12 +30,7 @@ GAP = 6
 
 
 def check_path(path: Path) -> str:
-    """Return the lower-case suffix of a picture file that can be written.
-
-    Raises:
-        FileFormatError: If it is not one of `SUFFIXES`, or the folder does not exist.
-        MissingExtra: If it is a film, and its encoder is not installed.
-    """
+    """Return the lower-case suffix of a picture file that can be written."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise FileFormatError(str(path), f"is not a picture file; use a suffix of {', '.join(SUFFIXES)}")

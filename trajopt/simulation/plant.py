@@ -29,9 +29,6 @@ class Plant:
         Args:
             dt: Time step [s].
             report: Its MuJoCo model, with additions; a new one if None.
-
-        Raises:
-            ModelError: If MuJoCo rejects the model.
         """
         report = report or describe(reduced)
         report.spec.option.timestep = dt
@@ -106,11 +103,7 @@ class Plant:
         return depths
 
     def require_masses(self) -> None:
-        """Require that every joint of the group moves a mass.
-
-        Raises:
-            ModelError: If one does not.
-        """
+        """Require that every joint of the group moves a mass."""
         if self.massless:
             raise ModelError(
                 f"joint {shown(self.massless)} moves no mass, so dynamics cannot be simulated; "

@@ -158,11 +158,7 @@ TYPE = "image/jpeg"
 
 
 def thumbnail(reduced: ReducedModel, trajectory: Trajectory | None) -> bytes:
-    """Draw a motion, its end solid and the way translucent, or the start, as a JPEG.
-
-    Raises:
-        RenderingUnavailable: If OpenGL does not work; it names the packages to install.
-    """
+    """Draw a motion, its end solid and the way translucent, or the start, as a JPEG."""
     from PIL import Image
 
     from trajopt.simulation.sampled_motion import held_start, moments_of, motion_of

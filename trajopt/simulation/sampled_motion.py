@@ -81,11 +81,7 @@ def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog)
 
 
 def moments_of(motion: SampledMotion, moments: Sequence[float] | None) -> Floats:
-    """Return the times to show [s]: the given ones, or start, end and two between.
-
-    Raises:
-        ShapeError: If there are none, or one is outside the motion.
-    """
+    """Return the times to show [s]: the given ones, or start, end and two between."""
     end = motion.duration
     if moments is None:
         # Equal shares of the path, not of the time: motions are fastest in their middle.

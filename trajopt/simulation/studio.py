@@ -146,9 +146,6 @@ class Studio:
             pictures: Largest number of times in one picture.
             camera: The best viewpoint if None.
             highlight: Links and objects with a special colour, which are entirely in view.
-
-        Raises:
-            RenderingUnavailable: If OpenGL does not work.
         """
         shown = in_view(reduced, motion, highlight)
         self._motion = motion

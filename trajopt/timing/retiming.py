@@ -239,7 +239,6 @@ def _check(path: Path, limits: JointLimits, through: Sequence[int]) -> None:
 
 
 def _standing(path: Path, duration: float) -> Trajectory:
-    """Return a trajectory at rest (which covers a remaining distance of up to 1e-12 rad)."""
     still = np.zeros((2, len(path.joint_names)))
     return Trajectory(path.joint_names, np.array((0.0, duration)), path.knots[[0, -1]], still, still.copy())
 
@@ -247,9 +246,7 @@ def _standing(path: Path, duration: float) -> Trajectory:
 NEAR_ENOUGH = 1e-7
 """Joint distance within which a knot is passed, below the resolution of controllers [rad | m]."""
 ROUNDS = 8
-"""Most rounds of moving corners. Each round leaves about a third of the error: the spline passes a corner
-within a third of its shorter leg and cuts off the same share of the corner's displacement.
-"""
+"""Most rounds of moving corners, each of which leaves about a third of the error."""
 DEGREE = 3
 """Degree of the smooth path."""
 
@@ -285,7 +282,6 @@ def timed_through(
 
 
 def _passed(found: timing.Retimed, corners: Floats, through: Ints, limits: JointLimits) -> Floats:
-    """Return the points of the smooth path at the corners' parameters, shape (w, n)."""
     from scipy.interpolate import BSpline
 
     speed = np.where(np.isfinite(limits.velocity) & (limits.velocity > 0.0), limits.velocity, 1.0)
@@ -363,7 +359,6 @@ def untimed(found: Found, limits: JointLimits) -> RetimeFailure | None:
 
 
 def _torque_joint(column: int, limits: JointLimits) -> int:
-    """Convert an index among the joints with an effort limit to an index among all joints."""
     return int(np.nonzero(np.isfinite(limits.effort))[0][column])
 
 

@@ -256,7 +256,6 @@ def _axis(direction: Floats) -> str:
 
 
 def joint_moves(problem: Problem, moved: Floats) -> str:
-    """Print the motion of each of the group's joints, shape (n,) [rad | m]; the largest first."""
     model, names = problem.scene.robot.model, problem.reduced.joint_names
     order = (int(k) for k in np.argsort(-np.abs(moved), kind="stable") if abs(moved[k]) > 5e-4)
     units = [joint_unit(model, name) for name in names]
@@ -313,11 +312,7 @@ class Remedy:
 
 
 def smallest_changes(changes: Iterable[ProblemChange], plan: Plan) -> tuple[Remedy, ...]:
-    """Try changes, the most promising first, until some make the problem solvable.
-
-    Args:
-        changes: The changes, each with a likely sufficient amount.
-    """
+    """Try changes, the most promising first, until some make the problem solvable."""
     found: list[Remedy] = []
     for change in changes:
         if len(found) == MOST:

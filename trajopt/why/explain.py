@@ -167,7 +167,6 @@ def _gives_way(
 
 
 def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterator[ProblemChange]:
-    """Yield the goal moved to a reachable place, along one axis if that is most of the way."""
     place = problem.reduced.all_positions(stood.positions)
     scene = problem.scene
     point = scene.placement_of(goal.frame, place) * goal.offset

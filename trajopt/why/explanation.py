@@ -179,7 +179,6 @@ def _goal(result: Result) -> Explanation:
 
 
 def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
-    """Explain a start or goal of joints that is not free, by the judge's measurement."""
     problem = result.problem
     judge = Judge(problem.reduced)
     blocks = blocks_of(judge.examine(positions, moment=moment))

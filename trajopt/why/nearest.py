@@ -131,7 +131,6 @@ def _bounded(item: Constraint, motion: Motion) -> ConstraintRows:
 
 
 def _elastic(item: Constraint, motion: Motion) -> CostRows:
-    """Return the violations of a constraint's bounds as costs with absolute loss."""
     rows = _rows(item, motion)
     lower, upper = item.bounds(rows)
     above, below = np.flatnonzero(np.isfinite(upper)), np.flatnonzero(np.isfinite(lower))
@@ -244,7 +243,6 @@ def least_missed(
 
 
 def _effort(problem: Problem) -> Floats | None:
-    """Return the effort limits for holding still; None if they are never exceeded."""
     effort = problem.limits.effort
     return effort if (largest_gravity_torques(problem.reduced) > effort).any() else None
 
@@ -252,7 +250,6 @@ def _effort(problem: Problem) -> Floats | None:
 def _best(
     problem: Problem, positions: Floats, stood: Sequence[ConfigurationSolution], moment: Moment | None
 ) -> NearestFree | None:
-    """Return the first that the judge finds free, in order of violation and joint motion."""
     reduced = problem.reduced
     for each in sorted(
         (item for item in stood if item.holds),
@@ -280,17 +277,14 @@ class _Obstacle:
 
 
 def conflict_at_goal(problem: Problem, blocks: Sequence[Obstruction]) -> tuple[str, ...]:
-    """Return a minimal set of requirements and obstacles that exclude each other at the goal.
+    """Return a minimal set of requirements and obstacles that exclude each other at the goal, in words.
 
     Joint limits and the robot's clearance from itself always count. The deletion filter of
-    `trajopt.planning.seeds.conflicting`, with obstacles among the deleted items.
+    `trajopt.planning.seeds.conflicting`, with obstacles among the deleted items. Empty if other parts of the
+    scene block the goal as well.
 
     Args:
-        problem: The problem, without a free goal configuration.
         blocks: Contacts at the goal, the most likely obstacles first.
-
-    Returns:
-        The set in words; empty if other parts of the scene block the goal as well.
     """
     touched = {name for block in blocks if block.kind is ObstructionKind.CONTACT for name in block.subjects}
     near = [_Obstacle(name) for name in problem.scene.objects if name in touched]

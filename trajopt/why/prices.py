@@ -166,11 +166,11 @@ class Price:
 def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
     """Return the prices of a verified motion's active constraints, the largest first.
 
-    The motion's own program is solved again, tightly, from its end; prices in seconds compare the
-    timed motions of that solution and of one with a slightly relaxed constraint.
+    The motion's own program is solved again, tightly, from its end; prices in seconds compare the timed
+    motions of that solution and of one with a slightly relaxed constraint.
 
     Args:
-        result: A verified result of the method `Knots`; others have no prices.
+        result: Of the method `Knots`; others have no prices.
         seconds: Whether to solve and time relaxed problems too.
     """
     if not result.verified or result.path is None or result.timed is None:
@@ -218,13 +218,11 @@ class _Solved:
         return _Solved(problem, nlp, solved.x, solved.feasible, at)
 
     def duration(self, problem: Problem | None = None) -> float | None:
-        """Return the duration of the path within the limits of this problem or another [s]."""
         path = Path(self.problem.reduced.joint_names, self.knots)
         motion = retime_path(problem or self.problem, path, tolerance=TOLERANCE, query=self.nlp.query)
         return motion.trajectory.duration if isinstance(motion, Retimed) else None
 
     def saved(self, relaxed: Problem, amount: float) -> float | None:
-        """Return the decrease of the duration per unit of a relaxation [s]."""
         again = _Solved.of(relaxed, self.knots)
         before, after = self.duration(), again.duration() if again.holds else None
         return None if before is None or after is None else (before - after) / amount

@@ -151,12 +151,7 @@ def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = T
 
 
 def bundle_members(what: Result | Plan | Problem, *, explained: bool = True) -> dict[str, bytes]:
-    """Return the members of a bundle by name; see `save`.
-
-    Raises:
-        ModelError: If the problem contains code of the caller.
-        FileFormatError: If a mesh of the robot cannot be read.
-    """
+    """Return the members of a bundle by name; see `save`."""
     writer, members = BundleWriter(), dict[str, bytes]()
     problem = what if isinstance(what, Problem) else what.problem
     members[PROBLEM] = _json(writer.document(problem, "problem"))
@@ -182,11 +177,7 @@ def bundle_members(what: Result | Plan | Problem, *, explained: bool = True) -> 
 
 
 def named_members(writer: BundleWriter) -> dict[str, bytes]:
-    """Return the arrays and meshes named in documents.
-
-    Raises:
-        FileFormatError: If a mesh cannot be read.
-    """
+    """Return the arrays and meshes named in documents."""
     arrays = {name: array_bytes(array) for name, array in writer.arrays.items()}
     return arrays | {name: _mesh(file) for name, file in writer.files.items()}
 
@@ -282,11 +273,7 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
 
 
 def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
-    """Return the bundle stored in members; see `read_bundle`.
-
-    Raises:
-        FileFormatError: If the members are incomplete or malformed.
-    """
+    """Return the bundle stored in members; see `read_bundle`."""
     about = document_in(archive, DESCRIPTION)
     if about["format"].value != FORMAT:
         raise about.error("is not a bundle of trajopt")
@@ -456,10 +443,6 @@ def value_members(value: object, name: str) -> dict[str, bytes]:
 
     Args:
         name: Its name in error messages.
-
-    Raises:
-        ModelError: If it contains code of the caller, which a file cannot hold.
-        FileFormatError: If a mesh cannot be read.
     """
     writer = BundleWriter()
     document = {"value": writer.document(value, name)}
@@ -471,8 +454,5 @@ def value_of(members: Members, meshes: Path | str | None = None) -> Any:
 
     Args:
         meshes: Folder for unpacking the visual meshes; None leaves them packed.
-
-    Raises:
-        FileFormatError: If the members are incomplete or malformed.
     """
     return reader_of(members, meshes).value(document_in(members, VALUE)["value"])

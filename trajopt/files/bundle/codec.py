@@ -71,11 +71,7 @@ class BundleWriter(Writer):
         return {"array": name}
 
     def instance(self, value: object, place: str) -> object:
-        """Return a reference to a value, a file, a model of a robot or an instance as a document.
-
-        Raises:
-            ModelError: If it is none of these.
-        """
+        """Return a reference to a value, a file, a model of a robot or an instance as a document."""
         referred = None if self._reference is None else self._reference(value, place)
         if referred is not None:
             return referred
@@ -138,11 +134,7 @@ class BundleReader(Reader):
         self._array_of, self._made = cache(array_of), made  # each array is read once
 
     def value(self, node: Node) -> Any:
-        """Return the value that a document states.
-
-        Raises:
-            FileFormatError: If it does not state one.
-        """
+        """Return the value that a document states."""
         found: object = super().value(node)
         return found if self._made is None or not node.has("kind") else self._made(found, node)
 
@@ -237,19 +229,12 @@ def fingerprint(value: object) -> str:
 
     Args:
         value: A robot, a scene, a problem or a part of one.
-
-    Raises:
-        ModelError: If it contains an object that cannot be stored, such as code of the caller.
     """
     return digest_as_written(BundleWriter(file_name=cache(_digest)), value)
 
 
 def digest_as_written(writer: BundleWriter, value: object) -> str:
-    """Return a digest of a value's document and arrays, as written by a new writer.
-
-    Raises:
-        ModelError: If the value contains an object that cannot be stored.
-    """
+    """Return a digest of a value's document and arrays, as written by a new writer."""
     whole = sha256(json.dumps(writer.document(value, type(value).__name__)).encode())
     for array in writer.arrays.values():
         whole.update(f"{array.dtype} {array.shape}".encode() + array.tobytes())

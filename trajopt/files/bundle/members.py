@@ -114,11 +114,7 @@ class Archive(Members):
     """The members of a bundle file, read one by one."""
 
     def __init__(self, path: Path | str) -> None:
-        """Open a file and check its members.
-
-        Raises:
-            FileFormatError: If the file is missing, is not a zip, or has members that a bundle cannot have.
-        """
+        """Open a file and check its members."""
         super().__init__(Path(path))
         if not is_file(self.path):
             raise self.error("there is no such file")
@@ -173,11 +169,7 @@ def is_plain(name: str) -> bool:
 
 
 def write_archive(path: Path | str, members: Mapping[str, bytes]) -> None:
-    """Write the members to a file atomically.
-
-    Raises:
-        FileFormatError: If the file cannot be written, or would be too large to read again.
-    """
+    """Write the members to a file atomically."""
     if len(members) > MOST_MEMBERS or sum(map(len, members.values())) > LARGEST:
         raise FileFormatError(str(path), f"would hold more than {LARGEST >> 20} MB or {MOST_MEMBERS} members")
     with written_whole(path) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as file:

@@ -37,9 +37,6 @@ def message_of(value: object, known: Mapping[str, object]) -> dict[str, object]:
 
     Args:
         known: Values that the reader has already, by the name that both sides use.
-
-    Raises:
-        ModelError: If it holds an object that is not data, such as a function of the caller's.
     """
     references = _References(known)
     document = references.writer.document(value, "value")
@@ -64,9 +61,6 @@ def value_of_message(
         kinds: Classes that it may contain; `all_kinds()` when None.
         triangles: Most triangles in all its arrays together.
         rows: Most rows of each other array.
-
-    Raises:
-        FileFormatError: If it does not state such a value, or exceeds a bound.
     """
     node.only(("value", "shared", "arrays"))
     arrays = _Arrays(node["arrays"], triangles, rows)

@@ -232,10 +232,6 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
 
     Args:
         reading: Meaning of names; its notes receive deviations from the file.
-
-    Raises:
-        FileFormatError: If a constraint is malformed or of an unsupported kind.
-        NameNotFound: If it names an unknown joint, link or frame.
     """
     node.only((*field_names(msg.Constraints), *_readers(node)))
     found: list[Requirement] = [*_read_joints(node["joint_constraints"], scene)]

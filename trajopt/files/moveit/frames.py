@@ -56,11 +56,7 @@ def frame_id(node: Node) -> str:
 
 
 def read_frame(header: Node, scene: Scene, reading: Reading) -> str:
-    """Return the frame that a header names: "world", a frame of the robot or an object.
-
-    Raises:
-        FrameNotFound: If it is none of them.
-    """
+    """Return the frame that a header names: "world", a frame of the robot or an object."""
     name = frame_id(header)
     if name in reading.world_names:
         return WORLD
@@ -98,9 +94,6 @@ def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[floa
         node: The vector.
         axes: Names of its components, one letter each.
         optional: Components that default to 0 in a mapping, as in a message.
-
-    Raises:
-        FileFormatError: If a component is missing, superfluous, or not a finite number.
     """
     if node.missing:
         return None
@@ -122,9 +115,6 @@ def read_placement(node: Node, notes: list[str]) -> Placement:
     Args:
         node: The pose; identity if missing.
         notes: Receives a sentence for every quaternion that was not of unit length.
-
-    Raises:
-        FileFormatError: If a number is missing, not finite, or beyond the largest distance of a placement.
     """
     if node.missing:
         return IDENTITY

@@ -114,10 +114,6 @@ def request_of(
         state: Joint -> position, for joints that the start state leaves out [rad | m]; others are at their
             default.
         frames: Frame ids that mean the world; those of every file when None.
-
-    Raises:
-        FileFormatError: If the message is incomplete or malformed.
-        NameNotFound: If it names a joint, link, frame, object or group that does not exist.
     """
     document.only(field_names(MotionPlanRequest))
     notes: list[str] = []

@@ -190,10 +190,6 @@ def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
     A message with shapes creates the object; without shapes, it attaches the world object of that id at its
     current pose. APPEND adds shapes to the attached object. REMOVE leaves the object in the world at its
     pose.
-
-    Raises:
-        FileFormatError: If the message cannot be applied.
-        NameNotFound: If it names an unknown link, frame or object.
     """
     node.only(field_names(AttachedCollisionObject))
     message = read_object(node["object"], reading)

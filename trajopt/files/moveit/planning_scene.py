@@ -149,12 +149,7 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
 
 
 def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
-    """Return the content of a planning scene message; see `read_scene`.
-
-    Raises:
-        FileFormatError: If the message is incomplete or malformed, or contains an octomap.
-        NameNotFound: If it names a joint, link, frame or object that does not exist.
-    """
+    """Return the content of a planning scene message; see `read_scene`."""
     document.only(field_names(PlanningScene))
     notes: list[str] = []
     robot = placed_robot(document["robot_state"]["multi_dof_joint_state"], robot, notes)
@@ -286,10 +281,6 @@ def edit_object(node: Node, scene: Scene, reading: Reading) -> Scene:
 
     Args:
         reading: Meaning of names; its positions are the current configuration.
-
-    Raises:
-        FileFormatError: If the message is malformed, or cannot be applied.
-        NameNotFound: If it names an unknown frame, or moves an unknown object.
     """
     return apply_object(read_object(node, reading), scene, reading)
 
@@ -302,10 +293,6 @@ def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
     Args:
         reading: Meaning of names; its positions are the configuration of the robot, from the message if
             given.
-
-    Raises:
-        FileFormatError: If the message is malformed, cannot be applied, or contains an octomap.
-        NameNotFound: If it names an unknown link, frame or object.
     """
     node.only(field_names(PlanningScene))
     if not node["is_diff"].flag():

@@ -107,9 +107,6 @@ def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[
 
     Joints that the description fixes or does not have, such as wheels and fingers, are skipped and noted. The
     positions of a planar base come from its transform; see `base_positions`.
-
-    Raises:
-        FileFormatError: If names and positions are inconsistent, or a fixed base is not at its fixed pose.
     """
     stated, place = _stated(node), node["joint_state"].place
     unknown = [joint for joint in stated if joint not in (*robot.joint_names, *robot.fixed_joints)]
@@ -129,11 +126,6 @@ def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
 
     Args:
         node: The robot state message.
-
-    Raises:
-        JointNotFound: If the robot has no such joint.
-        FileFormatError: If names and positions are inconsistent, a fixed joint is moved, or a fixed base is
-            not at its fixed pose.
     """
     for joint, (at, name, value) in _stated(node).items():
         if _moved(robot, joint, at):

@@ -47,10 +47,6 @@ def read_points(node: Node) -> Trajectory:
 
     Points are interpolated by quintic polynomials if they have accelerations, by cubic polynomials if they
     have only velocities, else linearly. An empty list counts as absent.
-
-    Raises:
-        FileFormatError: If something is missing or malformed, points differ in their quantities,
-            or time does not increase from 0.
     """
     names = tuple(name.text() for name in node["joint_names"].elements())
     if not names or len(set(names)) != len(names):
@@ -269,9 +265,6 @@ def read_joint_trajectory(document: Node) -> Trajectory:
     """Return the trajectory of a robot trajectory message.
 
     Planar joints become `NAME/x`, `NAME/y` and `NAME/theta`, before the others; see `read_multi_dof`.
-
-    Raises:
-        FileFormatError: If it is malformed, or a joint of several degrees of freedom leaves the plane.
     """
     document.only(field_names(msg.RobotTrajectory))
     several = read_multi_dof(document["multi_dof_joint_trajectory"])
@@ -286,9 +279,6 @@ def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> msg.Ro
 
     Velocities and accelerations of planar joints are derivatives of x, y and yaw: MoveIt, too, states them in
     the frame of the transforms.
-
-    Raises:
-        ShapeError: If two points are less than a nanosecond apart.
     """
     if trajectory is None:
         return msg.RobotTrajectory()

@@ -94,10 +94,6 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
     Args:
         arguments: Values of its `<xacro:arg>` by name; others have their defaults.
         package_dirs: Folders of packages, or with packages in them.
-
-    Raises:
-        MissingExtra: If `xacrodoc` is not installed.
-        FileFormatError: If it cannot be expanded within 30 s of CPU time and 4 GB.
     """
     if find_spec(_PACKAGE) is None:
         raise MissingExtra(_PACKAGE, "xacro")

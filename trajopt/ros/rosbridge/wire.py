@@ -99,11 +99,7 @@ def status(level: str, reason: str, name: str | int | None) -> bytes:
 
 
 def named(name: str | None, what: str) -> str:
-    """Return the full name of a topic, service or action; a missing leading slash is added.
-
-    Raises:
-        Unusable: If the name is missing or invalid.
-    """
+    """Return the full name of a topic, service or action; a missing leading slash is added."""
     if not name:
         raise Unusable(f"it names no {what}")
     if not all(each.isalnum() or each in "_/~{}-.:" for each in name):

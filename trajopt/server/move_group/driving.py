@@ -67,9 +67,6 @@ class MotionDriver:
             positions: Of all joints, shape (number of joints,) [rad | m], for those that the executor does
                 not drive.
             wait: Waits for a number of seconds.
-
-        Raises:
-            JointNotFound: If it drives a joint that the robot does not have.
         """
         for name in executor.joint_names:
             if name not in robot.joint_names:

@@ -71,12 +71,7 @@ class Settings:
 
 
 def per_axis(name: str, value: float | Sequence[float]) -> PerAxis:
-    """Return a tolerance for each of three axes, from one number or three; inf frees an axis.
-
-    Raises:
-        ShapeError: If it is neither.
-        MoveItCommanderException: If a tolerance is negative.
-    """
+    """Return a tolerance for each of three axes, from one number or three; inf frees an axis."""
     given = [value] * 3 if isinstance(value, int | float) else value
     x, y, z = floats(name, given, (3,), infinite=True).tolist()
     if min(x, y, z) < 0.0:
@@ -158,9 +153,6 @@ def followed_through(
         start: Positions of all joints at the start [rad | m].
         constraints: Path constraints: the motion ends before one is violated.
         cancel: Set it from another thread to stop.
-
-    Raises:
-        MoveItCommanderException: If there is no pose.
     """
     stops = [scene.placement_of(link, start)]
     for pose in poses:

@@ -53,12 +53,7 @@ WORDS: Mapping[str, Callable[..., object]] = {
 
 
 def value_of(node: Node) -> Any:
-    """Return the value of a part of a request.
-
-    Raises:
-        FileFormatError: If an argument of a word is unknown or missing.
-        TrajoptError: If the function refuses its arguments.
-    """
+    """Return the value of a part of a request."""
     value = node.value
     if isinstance(value, list):
         return tuple(value_of(element) for element in node.elements())

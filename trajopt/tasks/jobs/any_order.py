@@ -22,8 +22,8 @@ from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.errors import ProblemError, shown
 
 POSTURES = 12
-"""Largest number of configurations of an item: an arm of six joints has eight branches, and the rest are free
-turns about the tool axis.
+"""Most configurations of an item: an arm of six joints has eight branches, the rest are free turns about
+the tool axis.
 """
 ROUNDS = 6
 """Largest number of searches for an order, each with more of the true times."""
@@ -105,7 +105,6 @@ class AnyOrder(Value):
         yield from in_sequence([stage for n, _ in chosen for stage in items[n]], search, state)
 
     def _end(self, scene: Scene, group: str) -> Floats | None:
-        """Return the configuration of the arm after the items, shape (n,); None for anywhere."""
         if self.then is None:
             return None
         robot = scene.robot
@@ -237,7 +236,6 @@ class _Ordering:
         return free
 
     def _planned(self, start: Floats, end: Floats) -> float:
-        """Return the duration of a planned motion from rest to rest [s]."""
         reduced, search = self.reduced, self.search
         goal = to_configuration(reduced.scene, search.group, reduced.all_positions(end))
         problem = Problem(

@@ -112,13 +112,10 @@ class Handling(Value):
     """How an object was picked and placed.
 
     Attributes:
-        scene: The scene before.
         start: Positions of all joints before [rad | m].
         begin: Index of the first motion.
-        gripper: The gripper.
         picked: Name of the stage that picks it.
-        grasp: The grasp.
-        place: The place; None if the object stays in the hand.
+        place: None if the object stays in the hand.
         placed: Name of the stage that places it; empty if it stays in the hand.
     """
 
@@ -321,7 +318,6 @@ class TaskResult(Value):
         )
 
     def _causes(self) -> tuple[str, ...]:
-        """Return the first refusal of each stage and kind of failure, with the number of ways."""
         found: dict[tuple[str, Status], list[StageRefusal]] = {}
         for item in self.refusals:
             found.setdefault((item.stage, item.status), []).append(item)
@@ -355,7 +351,6 @@ class TaskResult(Value):
 
 
 def _of_joints(segment: TaskSegment, joints: tuple[str, ...], index: Ints) -> Trajectory:
-    """Return a motion and its rest for more joints than move in it; the others stay where they are."""
     moving, reduced = segment.trajectory, segment.result.problem.reduced
     assert moving.velocities is not None
     assert moving.accelerations is not None

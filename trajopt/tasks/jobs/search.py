@@ -131,13 +131,7 @@ class Stage(Protocol):
 
 
 def in_sequence(stages: Sequence[Stage], search: "TaskSearch", state: TaskState) -> Iterator[Way]:
-    """Yield the ways to do stages one after the other, by depth-first search over the ways of each.
-
-    Args:
-        stages: The stages.
-        search: The search.
-        state: The state before.
-    """
+    """Yield the ways to do stages one after the other, by depth-first search over the ways of each."""
     if not stages:
         yield state
         return
@@ -185,20 +179,12 @@ class TaskSearch:
     improve: bool = False
 
     def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
-        """Return the reduced model of the arm, with the other joints at the given positions."""
         return reduce_model(scene, self.group, positions)
 
     def configurations(
         self, reduced: ReducedModel, goals: Sequence[Requirement], stage: str
     ) -> Sequence[Floats] | StageRefusal:
-        """Search configurations of the arm that meet goals and the path constraints, the nearest first.
-
-        Returns:
-            Configurations, shape (n,) each, or the reason why there are none.
-
-        Raises:
-            Stopped: If the budget ends.
-        """
+        """Return configurations (n,) that meet goals and path constraints, the nearest first; or why not."""
         wanted = (*goals, *(item for item in self.constraints if isinstance(item, Requirement)))
         counts = WorkCounts()
         query = evaluator(reduced, counts)
@@ -214,18 +200,12 @@ class TaskSearch:
         return StageRefusal(stage, status, reasons.no_goal_configuration(reduced, found, wanted))
 
     def rested(self, state: TaskState, rest: float = 0.0, name: str = "") -> Way:
-        """Plan the legs of a state, and rest at their end.
+        """Plan the legs of a state as one motion, and rest at their end for a time [s].
 
-        All legs are planned as one motion that passes their ends. If that fails, the motion rests in the
-        middle of them, and so on.
+        If that fails, the motion rests in the middle of them, and so on.
 
         Args:
-            state: The state.
-            rest: Time at the end for which the arm rests [s].
-            name: Stage that this time is counted to; the last leg's if empty.
-
-        Raises:
-            Stopped: If the budget ends.
+            name: Stage that the rest is counted to; the last leg's if empty.
         """
         pause = Pause(name, rest)
         if not state.legs:

@@ -73,7 +73,6 @@ class MoveTo(Value):
         return stated
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield one leg for each configuration at the goal, the nearest first."""
         reduced = search.reduced(state.scene, state.positions)
         kept = (item for item in self.constraints if isinstance(item, Requirement))
         found = search.configurations(
@@ -121,7 +120,6 @@ class FollowCurve(Value):
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the motion to the beginning of the curve, and the motion on it."""
         options = replace(self.options, begin=Begin.ANY_BRANCH)
         followed = follow(
             later(state.scene, state.time),
@@ -231,7 +229,6 @@ class SetGripper(Value):
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the motion of the fingers, after a rest of the arm."""
         task = _handling(search, state, "", _gripper(state.scene, self.gripper))
         yield _fingers(task, search, state, Step.OPEN, self.opening, self.name)
 
@@ -266,7 +263,6 @@ class PickObject(Value):
         return f"pick {self.object}"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check that the object is there and not in a hand; see `Task`."""
         del group
         scene.object(self.object)
         _gripper(scene, self.gripper)
@@ -363,7 +359,6 @@ class PlaceObject(Value):
         return held - {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the placing at each place and by each configuration of the arm."""
         task = _handling(
             search, state, self.object, _gripper(state.scene, self.gripper), tuple(self.constraints)
         )
@@ -559,7 +554,6 @@ def as_items(items: Sequence[Item]) -> tuple[tuple[Stage, ...], ...]:
 def held_after_each(
     items: Sequence[Item], scene: Scene, group: str, held: frozenset[str]
 ) -> Iterator[frozenset[str]]:
-    """Check each of several alternatives, and yield the objects that are held after it."""
     for item in as_items(items):
         after = held
         for stage in item:
@@ -568,11 +562,6 @@ def held_after_each(
 
 
 def held_after_any(items: Sequence[Item], scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-    """Check alternatives, and return the objects that are held after any of them.
-
-    Raises:
-        ProblemError: If that depends on the alternative.
-    """
     after = set(held_after_each(items, scene, group, held))
     if len(after) > 1:
         names = " or ".join(sorted(", ".join(sorted(each)) or "nothing" for each in after))
@@ -647,7 +636,6 @@ class Fallback(Value):
 
 
 def _placing(state: TaskState, stage: PlaceObject, place: Place) -> TaskState:
-    """Record the place of an object that was picked in the task."""
     if stage.object not in state.handled:
         return state
     handling = replace(state.handled[stage.object], place=place, placed=stage.name)
@@ -693,7 +681,6 @@ def _fingers(
     *,
     rest: float = 0.0,
 ) -> Way:
-    """Move the fingers to an opening, after a rest of the arm; nothing happens if they are there already."""
     opened = task.opened(state.positions, opening)
     if np.abs(opened - state.positions).max() < STILL:
         return search.rested(state, rest, name) if rest > 0.0 else state

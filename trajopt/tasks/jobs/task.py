@@ -128,7 +128,6 @@ class Task(Value):
             return self._result(search, None, refusals, ended.stop)
 
     def _searched(self, search: TaskSearch, refusals: list[StageRefusal]) -> TaskState | None:
-        """Return the state after the first way to do all stages that can be planned to the end."""
         begin = TaskState(self.scene, self._start, self._start)
         for way in in_sequence(self.stages, search, begin):
             ended = way if isinstance(way, StageRefusal) else search.rested(way)
@@ -164,7 +163,6 @@ class Task(Value):
 
 
 def _named(stages: Sequence[Stage], taken: dict[str, int]) -> list[Stage]:
-    """Give each stage a name of its own, also those inside others."""
     found: list[Stage] = []
     for stage in stages:
         name = stage.name or stage.default_name

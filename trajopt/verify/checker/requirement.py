@@ -58,11 +58,7 @@ class FrameView:
 
 
 def seen_from(place: FixedPlace, reference: int, statement: Statement) -> FrameView:
-    """Return a frame as seen from a joint.
-
-    Raises:
-        Malformed: If that does not carry it.
-    """
+    """Return a frame as seen from a joint."""
     joint = place.joint
     while joint > reference:
         joint = statement.joints[joint - 1].place.joint

@@ -182,9 +182,6 @@ class PairDistances:
         Args:
             error: Reserve subtracted from every distance [m].
             timings: Of the dynamic obstacles, by name; their prediction errors are also subtracted.
-
-        Raises:
-            ModelError: If two half-spaces have to keep apart.
         """
         reduced = kinematics.reduced
         self.reduced, self.error = reduced, error

@@ -131,9 +131,6 @@ class PointMotion:
         Args:
             frame: Link, tool frame or object.
             offset: Point in the frame's coordinates, shape (3,) [m].
-
-        Raises:
-            FrameNotFound: If the frame is unknown.
         """
         self._motion = motion
         self._joint, place = motion.reduced.attachment(frame)

@@ -110,11 +110,7 @@ Indices: TypeAlias = NDArray[np.integer[Any]]
 
 
 def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
-    """Return a shape for Coal, with the same origin.
-
-    Raises:
-        ProblemError: If it is a cloud, which Coal does not support.
-    """
+    """Return a shape for Coal, with the same origin."""
     geometry: coal.CollisionGeometry
     match shape:
         case Box():

@@ -394,10 +394,6 @@ def page(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
     The first feedback has `port` and `path` of the page, and its `group`. Edits of the session are shown on
     the page, and the session's robot follows the page's.
-
-    Raises:
-        MissingExtra: If viser is not installed.
-        ProblemError: If no port is free, or something in the scene moves by itself.
     """
     first, last = int(arguments["first_port"].number()), int(arguments["last_port"].number())
     live = live_view(
