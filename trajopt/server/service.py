@@ -379,10 +379,6 @@ async def run_faces(
         modules: Modules with the operations that the faces need.
         observer: Called with each finished request.
         warehouse: Storage of sessions.
-
-    Raises:
-        OSError: If a face cannot listen on its address.
-        RequestRefused: If the workers do not start.
     """
     told, stop, loop = asyncio.Event(), asyncio.Event(), asyncio.get_running_loop()
     for each in SIGNALS:

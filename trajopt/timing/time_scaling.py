@@ -122,8 +122,9 @@ RAMP = 0.01
 which resolve it [s].
 """
 SHARES = (0.97, 0.8, 0.6, 0.4)
-"""Shares of the limits that braking is tried with. The first leaves room for extremes between steps; the
-others leave time to release the brake under tight jerk limits.
+"""Shares of the limits that braking is tried with, with room for extremes between steps and time to release
+the brake under
+tight jerk limits.
 """
 KEPT_STEPS = (5, 3, 2, 1)
 """Steps per point of the stop motion, as few points are judged faster; decreased if the limits are exceeded
@@ -151,11 +152,10 @@ class StopsAlong(Value):
     """The earliest stops of a motion along its own path, tabulated on first use.
 
     A braking motion follows the path while its clock rate r falls (`trajopt.timing.time_scaling`). Each step
-    takes the smallest slope w = r. that the limits allow. With w = 0 the acceleration limits always hold, as
-    they hold for the motion and r is at most 1; so no other feasible braking is shorter (Bobrow, Dubowsky and
-    Gibson, "Time-optimal control of robotic manipulators along specified paths", International Journal of
-    Robotics Research 4, 1985). At the end w rises within the jerk limits: w >= -sqrt(2 r w.), with the
-    largest feasible w.
+    takes the smallest slope w = r. that the limits allow. With w = 0 the acceleration limits always hold; so
+    no other feasible braking is shorter (Bobrow, Dubowsky and Gibson, "Time-optimal control of robotic
+    manipulators along specified paths", International Journal of Robotics Research 4, 1985). At the end w
+    rises within the jerk limits: w >= -sqrt(2 r w.), with the largest feasible w.
 
     Attributes:
         trajectory: The motion; it ends at rest.
@@ -210,25 +210,24 @@ In much shorter pieces the jerk of a polynomial is lost to rounding.
 def stop_from(begin: Floats, limits: JointLimits) -> Trajectory:
     """Return a motion that stops the joints as fast as their limits allow.
 
-    It has three pieces of constant jerk: ramp up, hold and ramp down the deceleration. All joints brake
-    together, which nearly preserves the direction of motion; if this violates a limit, each brakes alone.
+    Three pieces of constant jerk: ramp up, hold and ramp down the deceleration. All joints brake together,
+    which nearly preserves the direction of motion; if this violates a limit, each brakes alone.
 
     Args:
         begin: Positions, velocities and accelerations, shape (3, n).
-        limits: Joint limits, with finite acceleration and jerk limits.
+        limits: With finite acceleration and jerk limits.
     """
     times, rows = timing.stop_from(begin, _rows(limits), TICK, EXCESS)
     return Trajectory(limits.joint_names, times, *rows)
 
 
 def stop_after(begin: Floats, end: Floats, duration: float, limits: JointLimits) -> Trajectory:
-    """Return a motion of one piece, followed by the stop of `stop_from`.
+    """Return a motion of one piece of a duration [s], followed by the stop of `stop_from`.
 
     Args:
-        begin: Positions, velocities and accelerations at the start, shape (3, n).
+        begin: Positions, velocities and accelerations, shape (3, n).
         end: Those at the end of the piece, shape (3, n).
-        duration: Duration of the piece [s].
-        limits: Joint limits, with finite acceleration and jerk limits.
+        limits: With finite acceleration and jerk limits.
     """
     times, rows = timing.stop_from(end, _rows(limits), TICK, EXCESS)
     whole = np.concatenate((begin[:, None], rows), axis=1)
@@ -245,14 +244,10 @@ JOLT = 1e-3
 
 
 def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
-    """Return a motion that waits at its start.
+    """Return a motion, at rest at its start, that waits there for a time [s].
 
-    A start acceleration is reached at the end of the wait by a quintic from rest; it is the largest
-    acceleration of the quintic.
-
-    Args:
-        trajectory: Motion with zero velocity at its start.
-        wait: Duration of the wait [s].
+    A start acceleration is reached at the end of the wait by a quintic from rest, as its largest
+    acceleration.
     """
     positions, velocities, accelerations = (
         trajectory.positions, trajectory.velocities, trajectory.accelerations
@@ -271,13 +266,7 @@ def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
 
 
 def after_standing(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:
-    """Concatenate two motions with a wait between them.
-
-    Args:
-        first: Motion with zero velocity at its end.
-        gap: Duration of the wait, more than `JOLT` [s].
-        second: Motion of the same joints with zero velocity at its start.
-    """
+    """Concatenate two motions, at rest where they meet, with a wait of more than `JOLT` [s] between them."""
     rest = np.zeros((1, first.positions.shape[1]))
     stood = Trajectory(
         first.joint_names,
@@ -294,10 +283,6 @@ def in_turn(first: Trajectory, second: Trajectory) -> Trajectory:
 
     Without jerk limits the first motion may end braking and the second begin accelerating: these are two
     instants, `2 * JOLT` apart.
-
-    Args:
-        first: Motion with zero velocity at its end.
-        second: Motion of the same joints with zero velocity at its start, which begins where the first ends.
     """
     ends, begins = first.accelerations, second.accelerations
     if ends is None or begins is None or np.abs(begins[0] - ends[-1]).max() <= MEETING:

@@ -380,11 +380,7 @@ def read_motions(path: Path | str, scene: Scene) -> Scene:
 
 
 def apply_motions(document: Node, scene: Scene) -> Scene:
-    """Return the scene with the object motions of a list; see `read_motions`.
-
-    Raises:
-        FileFormatError: If the list is incomplete or malformed.
-    """
+    """Return the scene with the object motions of a list; see `read_motions`."""
     done: set[str] = set()
     entries = list(document.elements())
     for entry in entries:
