@@ -76,7 +76,6 @@ class ActionMotion(Value):
         )
 
     def within(self, limits: JointLimits) -> int:
-        """Return the number of actions before the motion first exceeds a limit, by its values at actions."""
         positions, velocities, accelerations = self.states[:, 1:]
         bad = (positions < limits.lower) | (positions > limits.upper)
         bad |= np.abs(velocities) > limits.velocity

@@ -183,7 +183,6 @@ def with_tracking_margin(scene: Scene, deviation: float) -> Scene:
 
 
 def reason_with_margin(result: Result, deviation: float) -> str:
-    """Return the reason of a failed plan, and the tracking margin if it may be the cause."""
     if result.status not in DISTANCE_STATUSES or deviation < SMALLEST_MARGIN:
         return result.reason
     return f"{result.reason}; required distances include {1e3 * deviation:.4g} mm for the tracking tolerance"

@@ -89,7 +89,6 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
 
 
 def holds(problem: Problem, trajectory: Trajectory, workspace: Judge) -> Verdict:
-    """Return whether a motion holds all requirements of a problem, as `decide` does, without reasons."""
     return workspace.decide(trajectory, _specification(problem))
 
 

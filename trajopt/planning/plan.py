@@ -196,7 +196,6 @@ def _planner(problem: Problem) -> Callable[[PlanSearch], Result]:
 
 
 def bounded(budget: Budget, seconds: float | None) -> Budget:
-    """Return a budget with its seconds, which may be given apart."""
     one_of("budget", budget, Budget)
     if seconds is None:
         return budget
@@ -284,7 +283,6 @@ class EveryGoal:
         return workspace.result(ENDED[stop], "nothing was attempted", stopped=stop)
 
     def _better(self, name: str) -> Callable[[Result], None] | None:
-        """Return the callback for motions to a goal: it reports those better than motions to other goals."""
         told = self.on_incumbent
         if told is None:
             return None
@@ -293,7 +291,6 @@ class EveryGoal:
 
 
 def shared(budget: Budget, parts: int) -> Budget:
-    """Return an equal part of a budget's seconds and work."""
     seconds, work = budget.seconds, budget.work
     return replace(
         budget,

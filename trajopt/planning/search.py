@@ -144,7 +144,6 @@ class PlanSearch:
         return found or (self._most is not None and len(self.attempts) >= self._most)
 
     def learn(self, candidate: Candidate, result: Result) -> None:
-        """Record the result of a candidate; keep its motion if it is the best."""
         next(goal for goal in self.goals if goal.goal_name == candidate.goal_name).learn(candidate, result)
         attempted = _attempt(len(self.attempts) + 1, candidate, result)
         self.attempts.append(attempted)
@@ -303,7 +302,6 @@ def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Pro
 
 
 def margin_cut(problem: Problem) -> ClosedCut | None:
-    """Look for a place that every motion has to pass and that violates the requested margins."""
     pairs = problem.reduced.pairs
     asked_for = ~shrinkable(pairs)
     if not asked_for.any():

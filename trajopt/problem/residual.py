@@ -186,7 +186,6 @@ def _check_residual(role: str, residual: object) -> None:
 
 
 def check_path_constraint(required: object) -> None:
-    """Check the type of a path constraint."""
     if not isinstance(required, Requirement | Constraint):
         raise ProblemError(f"constraints: {shown(required)} is neither a requirement nor a Constraint")
     if isinstance(required, Constraint) and required.window not in (WHOLE, END):

@@ -29,7 +29,6 @@ def _factors(order: int) -> list[float]:
 
 @lru_cache(maxsize=32)
 def _stencils(count: int, joints: int, order: int) -> tuple[Floats, Ints, Ints, Floats]:
-    """Return Jacobian, knots, component and place of all differences, which are constant."""
     windows = max(count - order, 0)
     block = np.array(_factors(order))[None, :, None] * np.eye(joints)[:, None, :]
     first = np.repeat(np.arange(windows, dtype=np.int64), joints)
@@ -48,7 +47,6 @@ class Velocity:
     name = "velocity"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the differences, which are linear."""
         return _differences(motion.knots, 1)
 
 
@@ -59,7 +57,6 @@ class Acceleration:
     name = "acceleration"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the differences, which are linear."""
         return _differences(motion.knots, 2)
 
 
@@ -70,7 +67,6 @@ class Jerk:
     name = "jerk"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the differences, which are linear."""
         return _differences(motion.knots, 3)
 
 

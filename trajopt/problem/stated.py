@@ -102,7 +102,6 @@ def _required(
 
 
 def _is_one(item: object) -> bool:
-    """Whether an item is a goal by itself, rather than a row or number of a placement."""
     matrix = cast("NDArray[np.float64]", item).shape == (4, 4) if isinstance(item, np.ndarray) else False
     return matrix or isinstance(item, Requirement | str | Mapping | Placement | pin.SE3 | HasFinalState)
 
@@ -138,7 +137,6 @@ def _is_matrix(item: object) -> bool:
 def _of_numbers(
     robot: Robot, group: str, name: str, item: object, *, degrees: bool
 ) -> Mapping[str, float] | None:
-    """Return the group's positions from a row of numbers for its joints or for all joints."""
     try:
         count = len(floats(name, cast("ArrayLike", item), (None,)))
     except ShapeError:
@@ -195,7 +193,6 @@ def _state(robot: Robot, group: str, name: str) -> Mapping[str, float]:
 
 
 def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
-    """Check the types of waypoints and the number of knots."""
     for name, wanted in waypoints.items():
         if not wanted or not all(isinstance(item, Requirement) for item in wanted):
             raise ProblemError(
@@ -248,7 +245,6 @@ def check_names(scene: Scene, item: Requirement) -> None:
 
 
 def _moving(scene: Scene, item: Requirement) -> str:
-    """Describe the first frame of a requirement that a dynamic obstacle carries; empty if none."""
     for frame in item.frames:
         scene.holder(frame)
         carrier = scene.carrier(frame)

@@ -219,7 +219,6 @@ def _cover(mesh: Mesh, hull_excess: float, tolerance: float, max_pieces: int) ->
 
 
 def _extreme(points: Floats) -> Floats:
-    """Return the extreme points of a hull's vertices, which may lie in its faces up to rounding."""
     from scipy.spatial import ConvexHull
 
     return points[ConvexHull(points).vertices]

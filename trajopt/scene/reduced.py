@@ -130,7 +130,6 @@ class ReducedModel:
 
     @property
     def anchors(self) -> Mapping[str, Anchor]:
-        """Carrying joint and placement of each frame, object and the world, by name."""
         return self.collision_model.anchors
 
     def derived(self, build: Callable[[ReducedModel], T]) -> T:

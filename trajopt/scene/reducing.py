@@ -129,7 +129,6 @@ class ReducedRobot:
 
 
 def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
-    """Fix every joint outside the group at its start position; cached by the fixed joints."""
     joints = robot.group(group).joints
     free = {*joints, *(name for name, mimic in robot.mimics.items() if mimic.source in joints)}
     locked = [place for place, name in enumerate(robot.joint_names) if name not in free]

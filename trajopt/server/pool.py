@@ -73,7 +73,6 @@ class WorkerPool:
             (await self._queue.take()).refuse(_closing())
 
     def submit(self, owner: str, assignment: Assignment) -> Job:
-        """Queue a request."""
         if self._closed:
             raise _closing()
         if self._queue.of(owner) >= self._limits.waiting_per_session:

@@ -100,7 +100,6 @@ def _holds_truth_values(rows: object) -> bool:
 
 
 def floats_of_any_shape(name: str, value: ArrayLike) -> Floats:
-    """Return a number or an array of numbers as a float array, at low cost."""
     try:
         given = np.asarray(value)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:

@@ -422,12 +422,10 @@ def _knots(reader: BundleReader, node: Node) -> Floats:
 
 
 def reader_of(archive: Members, meshes: Path | str | None = None) -> BundleReader:
-    """Return a reader of documents whose arrays and meshes are members."""
     return BundleReader(archive.array, lambda name: _file(archive, name, meshes))
 
 
 def _file(archive: Members, name: str, folder: Path | str | None) -> Path:
-    """Return the path of a mesh, unpacked if a folder is given; for other files the name."""
     if name not in archive.names:
         return Path(Path(name).name)
     if folder is None:

@@ -66,7 +66,6 @@ class Members(ABC):
         """
 
     def error(self, reason: str) -> FileFormatError:
-        """Return an error about the file."""
         return FileFormatError(str(self.path), reason)
 
     def array(self, name: str) -> NDArray[np.generic]:

@@ -30,7 +30,6 @@ class Mcap:
 
     @checked
     def with_model(self, reduced: ReducedModel) -> "Mcap":
-        """Return an exporter that also writes frames and the scene."""
         return self if self.reduced is not None else replace(self, reduced=reduced)
 
     @checked

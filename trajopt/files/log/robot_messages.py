@@ -116,19 +116,16 @@ class RobotMessages(Value):
 
     @property
     def _model(self) -> ReducedModel:
-        """The model with all objects."""
         return self.reduced if self._timed is None else self._timed.reduced
 
     @cached_property
     def _bodies(self) -> dict[str, list[FixedBody]]:
-        """Bodies of each link and object that has any."""
         found = dict[str, list[FixedBody]]()
         for body in self._model.bodies:
             found.setdefault(body.owner, []).append(body)
         return found
 
     def _there(self, clock: Floats) -> Iterator[tuple[str, ...]]:
-        """Yield the links and objects that exist at each time."""
         timed = self._timed
         for time in clock.tolist():
             yield tuple(name for name in self._bodies if timed is None or timed.there(name, time))

@@ -15,12 +15,10 @@ FLAG: Json = {"type": "boolean"}
 
 
 def array(items: Json) -> Json:
-    """Return the schema of a list."""
     return {"type": "array", "items": items}
 
 
 def record(title: str, **fields: Json) -> Json:
-    """Return the schema of an object with these fields."""
     return {"title": title, "type": "object", "properties": fields}
 
 

@@ -78,25 +78,20 @@ class _Series:
         return _Series(parts[0] + many.centre, parts[1] + many.radius)
 
     def by(self, equation: str, matrix: Floats) -> "_Series":
-        """Apply a linear operation."""
         return _Series(
             np.einsum(equation, matrix, self.centre), np.einsum(equation, np.abs(matrix), self.radius)
         )
 
     def scaled(self, factor: float) -> "_Series":
-        """Multiply by a number."""
         return _Series(factor * self.centre, abs(factor) * self.radius)
 
     def column(self, place: int) -> "_Series":
-        """Return one of n functions."""
         return _Series(self.centre[:, :, place], self.radius[:, :, place])
 
     def cross(self, other: "_Series") -> "_Series":
-        """Return the cross product."""
         return self.times("ijk,cj,ck->ci", other, CROSS)
 
     def times(self, equation: str, other: "_Series", *tensor: Floats) -> "_Series":
-        """Apply a bilinear operation by the product rule."""
         sizes = [np.abs(each) for each in tensor]
         orders = range(max(len(self.centre), len(other.centre)))
         centres, radii = [list[Floats]() for _ in orders], [list[Floats]() for _ in orders]

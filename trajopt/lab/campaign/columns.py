@@ -126,7 +126,6 @@ def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
 
 
 def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
-    """Yield the rows of a table."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -67,7 +67,6 @@ class Packer:
         return key
 
     def statement(self, problem: Problem) -> dict[str, object]:
-        """Return a problem as plain data, complete except for its scene, which it refers to by key."""
         writer = self._writer(problem)
         document = writer.document(problem, "problem")
         arrays = {name: b64encode(array_bytes(each)).decode() for name, each in writer.arrays.items()}
@@ -78,7 +77,6 @@ class Packer:
             write_archive(folder / f"{key}{SUFFIX}", members)
 
     def _writer(self, whole: object) -> BundleWriter:
-        """Return a writer of a value; robots and scenes in it become the keys of their own documents."""
         return BundleWriter(
             reference=lambda value, _: (
                 {"stored": self.key(value)} if isinstance(value, SHARED) and value is not whole else None
@@ -133,7 +131,6 @@ class Library:
         return BundleReader(array_of, file_of, references={"stored": stored})
 
     def _file(self, members: Members, name: str) -> Path:
-        """Return the path of a mesh, unpacked if a folder is given; for other files the name."""
         if self._meshes is None or name not in members.names:
             return Path(Path(name).name)
         target = self._meshes / f"{members.path.stem[:12]}_{Path(name).name}"

@@ -349,7 +349,6 @@ class Sight:
 
 
 def _bridged(seen: Singles, pixels: int) -> Singles:
-    """Fill a pixel without a measurement by the nearest one around it, if most of these measured."""
     from scipy.ndimage import minimum_filter, uniform_filter  # slow to import
 
     side = 2 * pixels + 1

@@ -173,7 +173,6 @@ def _torso_apart(tree: LinkTree, chain: list[ProposedGroup]) -> list[list[Propos
 
 
 def _arms(groups: Sequence[ProposedGroup]) -> list[ProposedGroup]:
-    """Return the groups that are arms: those that carry a gripper, or move enough and are named so."""
     carriers = {group.parent_group for group in groups}
     return [group for group in groups if group.base and (group.name in carriers or _is_arm(group))]
 
@@ -245,7 +244,6 @@ def _way(tree: LinkTree, above: str, below: str) -> list[str]:
 
 
 def _tip(tree: LinkTree, last: str) -> str:
-    """Return the link fixed to the last moving one that is most likely a tool frame: by name, then depth."""
     fixed = [(link.name, depth) for depth, link in enumerate(tree.subtree(last))]
     for wanted in TOOL_FRAMES:
         for name, _ in fixed:
@@ -313,7 +311,6 @@ def gripper_start(tree: LinkTree, path: Sequence[str]) -> str:
 
 
 def opens(tree: LinkTree, link: TreeLink) -> bool:
-    """Return whether a link's parent joint belongs to a gripper, by names of joint, link or fixed hand."""
     if names_fingers(link.joint, link.name):
         return True
     carrier = tree.links[link.parent]
@@ -381,7 +378,6 @@ def body_part(joints: Sequence[str]) -> str:
 
 
 def chain_name(joints: Sequence[str]) -> str:
-    """Return the name of a chain after the part that its joints move, their side, or their shared words."""
     part = body_part(joints)
     for side, known in SIDES.items():
         if all(words(joint) & known for joint in joints):

@@ -312,7 +312,6 @@ def summary_cells(item: MethodSummary) -> tuple[str, ...]:
 
 
 def markdown(outcomes: Sequence[RunOutcome]) -> str:
-    """Return tables: methods side by side, their successes by group, and the unsolved problems of each."""
     found = summaries(outcomes)
     groups = list(dict.fromkeys(name for item in found for name in item.groups))
     lines = [*_markdown_table(SUMMARY_HEAD, [summary_cells(item) for item in found]), "", LEGEND, ""]

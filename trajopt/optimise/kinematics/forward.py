@@ -140,7 +140,6 @@ def manipulability(jacobian: Floats, *, length: float = LENGTH) -> Floats:
 
 
 def configurations(reduced: ReducedModel, positions: ArrayLike) -> Floats:
-    """Return finite positions of the group's joints as rows, (n,) or (S, n) -> (S, n)."""
     joints = len(reduced.joint_names)
     try:
         rows = np.atleast_2d(np.asarray(positions, dtype=np.float64))

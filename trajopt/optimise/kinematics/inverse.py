@@ -66,7 +66,6 @@ INVERSE_METHODS: Mapping[str, Callable[[], InverseMethod]] = {
 
 
 def inverse_method(method: str | InverseMethod) -> InverseMethod:
-    """Return a method by name with default options; a method object is returned unchanged."""
     if not isinstance(method, str):
         return method
     if method not in INVERSE_METHODS:

@@ -69,7 +69,6 @@ class _Description:
     _frames: list[str] = field(default_factory=list[str])
 
     def frame(self, name: str, placement: Placement = IDENTITY) -> str:
-        """Add a link fixed to a frame of the robot or its scene; return the link's name."""
         joint, within = self.reduced.attachment(name)
         link = f"frame{len(self._frames)}"
         self._frames.append(
@@ -176,7 +175,6 @@ class _Search:
 
 @singledispatch
 def state_task(required: Requirement, description: _Description) -> None:
-    """State a requirement as tasks of placo."""
     raise RequirementNotSupported(NAME, required, f"there is no task for {type(required).__name__}")
 
 

@@ -102,7 +102,6 @@ class _Sweep:
         self._whole = np.where(np.isfinite(reduced.limits.upper - reduced.limits.lower), np.inf, 2.0 * np.pi)
 
     def first_direction(self, begin: Floats, joint: str | None) -> Floats:
-        """Return the direction in the null space in which a joint moves most, upward."""
         null = self._null_space(begin)
         freedom = np.linalg.norm(null, axis=0)
         names = self._reduced.joint_names

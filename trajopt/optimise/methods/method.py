@@ -134,13 +134,11 @@ class Method(Protocol):
 
 
 def moving_start(problem: Problem) -> str:
-    """Return the objection of a method whose paths are timed from rest to a start in motion."""
     said = "starts from rest only: leave the method to planning, or take free-duration"
     return said if problem.starts_moving else ""
 
 
 def followed_curve(problem: Problem) -> str:
-    """Return the objection of a method without knots to place along a curve."""
     path = (*problem.requirements, *(part.required for part in problem.partial))
     curves = [item for item in path if isinstance(item, FollowsCurve)]
     return f"cannot follow the curve of {shown(curves[0].frame)}" if curves else ""

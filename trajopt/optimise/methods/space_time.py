@@ -207,7 +207,6 @@ class _Run:
     log: list[Iteration] = field(default_factory=list[Iteration])
 
     def solved(self, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
-        """Solve one program from control points; the caller's prover checks the motion."""
         if self.proves is None:
             return self._solved(self.solver, nlp, begin)
         if self.solver.until_feasible:

@@ -129,7 +129,6 @@ class Descent(ABC):
         """Return everything at the point."""
 
     def refine(self) -> bool:
-        """Evaluate the point on as many samples as it needs; return whether these are more than before."""
         needed = np.maximum(self.sampling, self.nlp.sampling(self.x, fine=True))
         if (needed == self.sampling).all():
             return False

@@ -166,7 +166,6 @@ class HasBriefForm(Protocol):
 
 
 def improves(at: Linearisation, on: Linearisation) -> bool:
-    """Return whether a point is better than another: feasible first, then by cost, or else by violation."""
     if not finite(at) or not finite(on):
         return finite(at)
     if at.feasible != on.feasible:
@@ -200,7 +199,6 @@ class Incumbent:
             self.best = at
 
     def refine(self) -> bool:
-        """Evaluate the best point on as many samples as it needs; return whether these are new."""
         needed = np.maximum(self.best.sampling, self.nlp.sampling(self.best.x, fine=True))
         if (needed == self.best.sampling).all():
             return False
@@ -208,7 +206,6 @@ class Incumbent:
         return True
 
     def settle(self) -> Linearisation:
-        """Return the better of the best point and the seed, on equally fine samples."""
         while True:
             self.refine()
             self.offer(self.nlp.linearise(self.seed, self.best.sampling))

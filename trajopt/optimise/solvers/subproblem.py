@@ -81,7 +81,6 @@ class SoftenedRows:
 
 
 def softened_rows(at: Linearisation, penalty: float) -> list[SoftenedRows]:
-    """List constraints and non-smooth costs as softened rows."""
     softened = [
         SoftenedRows(block.rows, block.lower, block.upper, np.full(len(block.lower), penalty))
         for block in at.constraints

@@ -73,7 +73,6 @@ def without_followers(required: Sequence[Requirement], reduced: ReducedModel) ->
 
 
 def _followers(required: JointPositions, reduced: ReducedModel) -> dict[str, tuple[str, float, float]]:
-    """Return the required joints that follow one of the group: leader, factor and offset."""
     mimics = reduced.scene.robot.mimics
     named = {joint: mimics[joint] for joint in required.positions if joint in mimics}
     return {
@@ -316,7 +315,6 @@ class Rolling(Value):
 
 
 def rolling(reduced: ReducedModel, knots: int) -> tuple[Constraint, ...]:
-    """Return the constraint that a base's wheels roll, if the group has such a base."""
     base = reduced.scene.robot.base
     places = base.rolling(reduced.joint_names)
     if places is None:

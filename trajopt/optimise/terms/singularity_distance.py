@@ -150,7 +150,6 @@ def manipulability(
 
 
 def singular_values(at: FrameJacobian) -> tuple[Floats, Floats]:
-    """Return all singular values, largest first, (S, k), and their derivatives, (S, k, n)."""
     left, values, right = np.linalg.svd(at.matrix, full_matrices=False)
     slopes = np.einsum("sdk,sdji,skj->ski", left, at.slope, right, optimize=True)
     return values, slopes

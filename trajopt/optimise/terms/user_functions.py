@@ -87,7 +87,6 @@ class _Compiled:
         self._mapped: dict[int, ca.Function] = {}
 
     def __call__(self, positions: Floats) -> tuple[Floats, Floats]:
-        """Evaluate at configurations (S, n): values (S, d) and derivatives (S, d, n)."""
         count, joints = positions.shape
         if count == 0:
             return positions[:, :0].reshape(0, self._rows), positions.reshape(0, self._rows, joints)

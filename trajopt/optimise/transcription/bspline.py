@@ -62,7 +62,6 @@ class SplineBasis:
 
     @cached_property
     def at_breaks(self) -> tuple["Stencils", ...]:
-        """Weights of the control points in positions, first and second derivatives at the breaks."""
         return tuple(self.derivative_at(self.breaks, order) for order in range(3))
 
     def parameters(self, sampling: Ints) -> Floats:
@@ -74,7 +73,6 @@ class SplineBasis:
 
     @cached_property
     def derivatives(self) -> tuple["Stencils", ...]:
-        """Matrices from the control points to the control points of the first, second ... derivative."""
         return tuple(self.derivative(order) for order in range(1, self.degree + 1))
 
     def sampled(self, sampling: Ints, exact: Floats) -> tuple[Floats, "Stencils"]:
@@ -199,7 +197,6 @@ class KnotPlaces:
     exact: Floats
 
     def __call__(self, parameters: Floats) -> Floats:
-        """Return the places at parameters."""
         return np.interp(parameters, self.parameters, self.knots)
 
     @staticmethod
@@ -236,7 +233,6 @@ class BsplineNlp(CompilableMotionNlp):
     places: KnotPlaces
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
-        """Return samples per piece: few, or as many as the sweep of the bodies demands."""
         pieces = len(self.basis.breaks) - 1
         if not fine:
             return np.full(pieces, COARSE_SAMPLES)
@@ -249,7 +245,6 @@ class BsplineNlp(CompilableMotionNlp):
         return Motion(x, stencils.support, stencils.weight, places, stencils(x), self.query)
 
     def decode(self, x: Floats) -> Path:
-        """Return a path through points of the spline, as dense as its finest samples."""
         sampling = self.sampling(x, fine=True)
         return Path(self.problem.reduced.joint_names, readonly(self.motion(x, sampling).positions))
 

@@ -93,7 +93,6 @@ class KnotsNlp(CompilableMotionNlp):
     waypoint_knots: tuple[int, ...] = ()
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
-        """Return samples per segment: few, or as many as the sweep of the bodies demands."""
         segments = len(x) - 1
         if not fine:
             return np.full(segments, COARSE_SAMPLES)

@@ -216,7 +216,6 @@ def tapered(
 
 
 def _no_more_kept(item: Constraint, whole: Constraint, most: float) -> Constraint:
-    """Return a constraint whose reserve is at most `most`."""
     with np.errstate(invalid="ignore"):  # infinite bounds keep nothing
         low, high = np.maximum(item.lower - whole.lower, 0.0), np.maximum(whole.upper - item.upper, 0.0)
     wide = np.nanmax(np.concatenate((low, high)), initial=0.0)

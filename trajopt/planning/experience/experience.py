@@ -123,7 +123,6 @@ def _parts(value: object) -> Iterator[str | float]:
 
 
 def _members(value: object) -> Sequence[object]:
-    """Return the members of a sequence, or the fields of a dataclass; of anything else none."""
     if isinstance(value, Sequence):
         members = cast("Sequence[object]", value)
         return (f"{len(members)} of", *members)
@@ -282,7 +281,6 @@ class Experience:
 
     @checked
     def recall(self, problem: Problem) -> Recalled:
-        """Return the path of the motion that solved the most similar problem, if one is similar enough."""
         with self._lock:
             self._look()
             near = _nearest(self._groups, problem) if comparable(problem) else None
@@ -343,7 +341,6 @@ class Experience:
             return True
 
     def _in_excess(self, kept: Collection[int], gone: Sequence[int] = ()) -> Sequence[int]:
-        """Return the number of the memory that a new one replaces, if there is no room."""
         if len(self._known) - len(gone) < self.most:
             return ()
         left = [each for number, each in self._known.items() if number not in (*gone, *kept)]
@@ -409,7 +406,6 @@ def comparable(problem: Problem) -> bool:
 
 
 def _nearest(groups: Mapping[str, _Group], problem: Problem) -> tuple[float, int] | None:
-    """Return the distance of the nearest memory, and its number; None if none is near enough."""
     found = list[tuple[float, int]]()
     for alone in (problem.alternatives or {"": problem}).values():
         like = likeness(alone)
@@ -434,7 +430,6 @@ def _largest(rows: Floats) -> Floats:
 
 
 def _won(result: Result, place: int, paths: int) -> bool | None:
-    """Return whether the motion came from the recalled path; None if that was not attempted."""
     of_it = [
         each for each in result.attempts if each.kind is SeedKind.GIVEN and (each.number - 1) % paths == place
     ]

@@ -344,7 +344,6 @@ def box_breaks(required: Requirement, reduced: ReducedModel, lower: Floats, uppe
 def _each(
     reduced: ReducedModel, joints: tuple[str, ...], middle: Floats, half: Floats
 ) -> tuple[Floats, Floats]:
-    """Return the middle positions of named joints of the robot, and their largest distance from there."""
     moved = tuple(reduced.model.names[1:])
     place = reduced.all_positions(middle)[reduced.scene.robot.index(joints)]
     carried = np.abs(reduced.mimic_matrix)

@@ -108,7 +108,6 @@ class Occupied:
 
     @property
     def words(self) -> str:
-        """Return a phrase with the obstacles that occupy the goal, and their times."""
         each = ", ".join(f"{span.thing} (at {span.link}) {span.when}" for span in self.things)
         which = f"all {self.configurations} goal configurations found are"
         which = "the goal is" if self.configurations == 1 else which
@@ -209,7 +208,6 @@ class InTime:
         return any(self.problem.scene.carrier(frame) is not None for frame in goal.frames)
 
     def _never_free(self, times: Floats) -> bool:
-        """Prove that the goal is not free for the required time, at or after the first of some times."""
         if self._settled > times[-1] and self._deadline > times[-1]:
             return False
         lower, upper = joint_box(self.problem.goals, self.problem.reduced)
@@ -238,7 +236,6 @@ class InTime:
         return True
 
     def _closed(self, lower: Floats, upper: Floats, begin: float, end: float) -> bool:
-        """Prove that a box is occupied throughout an interval, or in each of its halves."""
         if begin + LONG > end and self.occupancy.throughout(lower, upper, begin, end, most=FEW_BOXES):
             return True
         if end - begin < LOOK:
@@ -247,7 +244,6 @@ class InTime:
         return self._closed(lower, upper, begin, middle) and self._closed(lower, upper, middle, end)
 
     def _spare(self, times: Floats, pairs: Ints, depths: Floats) -> Floats:
-        """Return the violation of pairs with the robot at rest, less the travel of the robot by then."""
         boxes = [self._by_then(time) for time in times.tolist()]
         half = [(upper - lower) / 2.0 for lower, upper in boxes]
         return depths - self.occupancy.travel(pairs, np.array(half)) if half else depths
@@ -259,7 +255,6 @@ class InTime:
         return self._boxes[time]
 
     def _none_clear(self, times: Floats, count: int) -> Bools:
-        """Return for times whether no sampled configuration reachable by then is clear, (t,)."""
         if not len(times):
             return np.zeros(0, dtype=np.bool_)
         lower, upper = np.stack([self._by_then(time) for time in times.tolist()], axis=1)[:, :, None]
@@ -338,7 +333,6 @@ def _longest(times: Floats, free: Bools) -> float:
 
 
 def _joined(spans: Sequence[Span], last: float) -> tuple[Span, ...]:
-    """Return spans of all goal configurations, merged for each obstacle; a final one has no end."""
     found: list[Span] = []
     for thing in dict.fromkeys(span.thing for span in sorted(spans, key=lambda span: span.begin)):
         mine = [span for span in spans if span.thing == thing]
@@ -373,7 +367,6 @@ class FixedLinkMet:
 
 
 def met_words(span: Span) -> str:
-    """Return a phrase on a link that no joint moves: its obstacle, the time, and the distance."""
     return (
         f"{span.thing} meets {span.link}, which no joint of the group moves, {span.when} "
         f"({in_length(span.depth)} nearer than it may be at {span.worst:.2f} s)"
@@ -398,19 +391,16 @@ class FixedLinks:
 
     @cached_property
     def spans(self) -> tuple[Span, ...]:
-        """Obstacles that meet such a link, in order of time, while anything changes."""
         looks = self.in_time.looks
         return self.in_time.occupancy.met(self._start(len(looks)), looks, self.in_time.occupancy.fixed)
 
     def _too_near(self, until: float) -> list[float]:
-        """Return the times up to another at which an obstacle is too near to such a link, the worst first."""
         looks, occupancy = self.in_time.looks, self.in_time.occupancy
         looks = looks[looks <= until]
         sample, _, depth = occupancy.too_near(self._start(len(looks)), looks, occupancy.fixed)
         return looks[sample[np.argsort(-depth, kind="stable")]].tolist()
 
     def _is_met(self, until: float) -> bool:
-        """Prove that an obstacle is too near to such a link at a time up to another."""
         occupancy = self.in_time.occupancy
         return any(
             occupancy.is_met(self._start(1)[0], time, occupancy.fixed) for time in self._too_near(until)[:1]

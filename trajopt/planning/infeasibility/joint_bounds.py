@@ -184,7 +184,6 @@ def _least_of_joint(problem: Problem, limits: JointLimits, place: int, distance:
 
 
 def _frames(problem: Problem) -> Iterator[tuple[float, str]]:
-    """Yield the least time of each frame that a goal places in the world."""
     reduced = problem.reduced
     for goal in problem.goals:
         if not isinstance(goal, FramePlacement) or any(map(problem.scene.carrier, goal.frames)):

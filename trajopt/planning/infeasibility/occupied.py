@@ -242,12 +242,10 @@ class Occupancy:
         return np.einsum("sn,sn->s", self._levers[pairs, : half.shape[1]], half)
 
     def names(self, pair: int) -> tuple[str, str]:
-        """Return the member of a pair that changes with time, and the other."""
         one, other = self.timed.reduced.owners(pair)
         return (one, other) if one in self.timed.timings else (other, one)
 
     def _driven(self, begin: float, end: float) -> tuple[Floats, Floats]:
-        """Bound the positions of the joints driven by time in an interval."""
         driven = self.timed.driven
         first, last = np.clip((begin, end), driven.times[0], driven.times[-1])
         if last - first < 1e-9 or not len(driven.names):

@@ -157,7 +157,6 @@ def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Obstructio
 
 
 def _overload(problem: Problem, block: ConstraintRows, row: int) -> Overload:
-    """Return the load of a joint that holds still at a sample of a path, and its limit."""
     joint = int(block.rows.component[row])
     name, limit = problem.reduced.joint_names[joint], float(problem.limits.effort[joint])
     need = abs(float(block.rows.value[row])) * limit
@@ -165,19 +164,16 @@ def _overload(problem: Problem, block: ConstraintRows, row: int) -> Overload:
 
 
 def overloaded(overloads: Sequence[Overload], where: str) -> str:
-    """Return a phrase on the joints that cannot hold still, and by how much; empty for none."""
     return "; ".join(item.words(where) for item in overloads[:NAMED])
 
 
 def out_of_limits(seen: Examination) -> str:
-    """Return a phrase on the joints outside their limits at an examined configuration; empty for none."""
     words = "; ".join(item.words for item in blocks_of(seen) if item.kind is ObstructionKind.JOINT_LIMIT)
     sizes = ((item.joint, item.position, item.lower, item.upper, item.unit) for item in seen.out_of_limits)
     return words + next(filter(None, (meant_in_joint(*item) for item in sizes)), "")
 
 
 def collisions(seen: Examination) -> str:
-    """Return a phrase on the collisions at an examined configuration; empty for none."""
     touching = (item.words for item in blocks_of(seen) if item.kind is ObstructionKind.CONTACT)
     depths = (item.distance for item in seen.collisions)
     return "; ".join(list(touching)[:NAMED]) + meant_at_depth(-min(depths, default=0.0))
@@ -215,7 +211,6 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Obstruction, ...]:
 def unreachable(
     reduced: ReducedModel, clash: tuple[Requirement, ...], nearest: Floats, goals: Sequence[Requirement]
 ) -> str:
-    """Return a sentence on the requirements that no configuration holds: one, or several in conflict."""
     if len(clash) > 1:
         each = " and ".join(str(item) for item in clash)
         return f"no configuration was found that holds {each} together, though any one fewer can be held"
@@ -266,12 +261,10 @@ def none_can_be_held(count: int, least: Sequence[Overload]) -> str:
 
 
 def nowhere_within(message: str) -> str:
-    """Add to the fault at the middle of a joint goal that nothing better was found in all of it."""
     return f"{message}; that is in the middle, and nothing better was found within the goal's tolerance"
 
 
 def stuck(problem: Problem, solved: SolveResult) -> str:
-    """Return a sentence on the constraint that the solver could not satisfy: its place and violation."""
     along = any(isinstance(item, FollowsCurve) for item in problem.requirements)
     hint = "; trajopt.tasks.cartesian.follow is made for curves: it takes as many knots as they need" * along
     return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}{hint}"
@@ -286,7 +279,6 @@ def enclosed(problem: Problem, cut: ClosedCut) -> str:
 
 
 def margin_out_of_reach(problem: Problem, cut: ClosedCut) -> str:
-    """Return a sentence on the place in which no motion can keep a requested margin."""
     first, second = cut.pairs[0]
     margin = 1000 * problem.scene.margin_of(first, second)
     at = in_joint_position(cut.position, joint_unit(problem.scene.robot.model, cut.joint))

@@ -36,7 +36,6 @@ NAMED = 3
 
 
 def proof_of_failure(problem: Problem, static: Result, tracker: BudgetTracker) -> Result | None:
-    """Return the proof that no motion within the limits solves a problem in time, if there is one."""
     motion = static.require()
     found = _BlockingObstacles(problem, motion.trajectory, tracker).refusal(proven=True)
     if found is None:

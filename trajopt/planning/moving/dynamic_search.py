@@ -99,7 +99,6 @@ class DynamicSearch:
 
     @cached_property
     def swept(self) -> bool:
-        """Whether an obstacle seems to come too near to the start before the static motion ends."""
         return not self.work.stands_clear(self.shortest)
 
     @cached_property
@@ -107,7 +106,6 @@ class DynamicSearch:
         return SpaceTimeAttempts.of(self.work, self.static, self.best)
 
     def planned(self, row: DynamicRow, scene: Scene, choice: Choice | None = None) -> Iterator[Result]:
-        """Plan in a scene; yield a verified motion, timed among the obstacles if the scene has none."""
         problem = self.search.problem
         found = self.search.again(replace(problem, scene=scene), choice=choice, most=row.attempts).run()
         self._stopped = found.stopped
@@ -219,7 +217,6 @@ def _motion(result: Result) -> MotionCandidate:
 
 
 def _derived(judged: Result, other: Result) -> Result:
-    """Return a judged motion with the attempts and the remarks of the one that it was made of."""
     return replace(judged.planned_as(other), remarks=(*other.remarks, *judged.remarks))
 
 

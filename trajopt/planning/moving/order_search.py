@@ -150,7 +150,6 @@ class Limited:
 
 
 def _middle_and_around(values: Floats, slots: Ints) -> tuple[Floats, Floats]:
-    """Return the middle of values (r, k, j) over the samples of each slot, and half their range."""
     ends = values[:, slots[1:]]
     most = np.maximum(np.maximum.reduceat(values, slots[:-1], axis=1), ends)
     least = np.minimum(np.minimum.reduceat(values, slots[:-1], axis=1), ends)
@@ -294,7 +293,6 @@ class OrderSearch:
                 )
 
     def _in_the_way(self, step: TimingStep) -> int:
-        """Return the ticks at which a step cannot begin."""
         if step.change is None:
             return self._during(step.begin, 0, HELD[step.rate])
         found = 0
@@ -347,7 +345,6 @@ class OrderSearch:
         return bool(possible >> tick & 1)
 
     def _since(self, begin: int, tick: int) -> int:
-        """Return the earliest tick at which a rest can have begun that lasts until another."""
         run = self._free(begin) & ((1 << tick + 1) - 1)
         taken = ~run & ((1 << tick + 1) - 1)
         first = taken.bit_length()

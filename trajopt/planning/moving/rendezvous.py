@@ -122,7 +122,6 @@ class Rendezvous:
         return 0.0 if found.free or found.blocked else found.nearest_miss
 
     def _halved(self, failed: float, meeting: float, found: Result) -> Result:
-        """Return the soonest meeting between a failed time and a proven one."""
         for _ in range(HALVINGS):
             middle = (failed + meeting) / 2.0
             other, _ = self._met(middle)
@@ -239,7 +238,6 @@ class FollowingFrame:
     def _kept(
         self, wanted: list[tuple[Floats, Floats]], found: Floats, times: Floats, *, free: bool
     ) -> Floats | None:
-        """Return configurations at times that keep placements, by Newton's method; None if it fails."""
         for _ in range(ITERATIONS):
             errors, slopes = self._linearised(wanted, found, times, free=free)
             if np.abs(errors).max() <= EXACT:
@@ -252,7 +250,6 @@ class FollowingFrame:
     def _relative(
         self, goal: FramePlacement, positions: Floats, times: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return rotations, points and Jacobians of a frame as seen from its reference."""
         joints = positions.shape[1]
         every = self.timed.positions(positions, times)
         at = moving_frame(self._query, goal.frame, every, goal.reference, goal.offset)
@@ -342,7 +339,6 @@ class FollowingMotion:
         return Trajectory(still.joint_names, knots, *(a + b for a, b in zip(rows, added, strict=True)))
 
     def _at(self, order: int, times: Floats) -> Floats:
-        """Return positions or a derivative at times, which are clipped to its own; (s, n)."""
         place = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
         h = np.diff(self.times)[place][:, None]
         z = np.clip(times - self.times[place], 0.0, h[:, 0])[:, None]

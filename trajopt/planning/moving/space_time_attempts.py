@@ -99,7 +99,6 @@ class SpaceTimeAttempts:
         return SpaceTimeAttempts(method.program(problem, knots), work, static, best)
 
     def hardly_longer(self) -> None:
-        """Attempt a motion near to the static one that ends hardly later."""
         if self.enough < inf:
             self._solve(self._motion, self.enough)
             self._too_short = self.enough
@@ -120,7 +119,6 @@ class SpaceTimeAttempts:
             self._attempt(_begun_later(self._motion, wait))
 
     def from_sampled_paths(self, rng: np.random.Generator) -> None:
-        """Attempt motions from sampled paths over configurations and times, until there is one."""
         for horizon in HORIZONS:
             if not self.best.verified:
                 self._attempt(self._sampled(horizon, rng))
@@ -224,7 +222,6 @@ def _begun_later(motion: Trajectory, wait: float) -> Trajectory:
 
 
 def _described(motion: Trajectory, static: Trajectory) -> str:
-    """Return a remark on the difference between a motion and the static one."""
     begun = _begun(motion)
     late = begun > SOON and begun > 2.0 * _begun(static)
     waits = f"waits {begun:.2f} s, then takes" if late else "takes"

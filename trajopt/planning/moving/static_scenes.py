@@ -49,7 +49,6 @@ def along_tracks(scene: Scene, duration: float) -> Scene:
 
 
 def at_ends(scene: Scene) -> Scene | None:
-    """Return a scene with each dynamic obstacle that stays at rest at its last place; None if none stays."""
     last = {name: max(_last(scene, name), 0.0) for name in _staying(scene)}
     return _with_copies(scene, {name: np.array((time,)) for name, time in last.items()}) if last else None
 

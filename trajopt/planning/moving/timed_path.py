@@ -164,7 +164,6 @@ def followed(clock: Trajectory, steps: Sequence[TimingStep], cell: float) -> Tra
 
 
 def _ends(step: TimingStep) -> tuple[Floats, Floats]:
-    """Return the rate at the end of the last step, and that it does not change."""
     rate = RATES[step.rate if step.change is None else step.change.after]
     return np.array([rate]), np.zeros(1)
 

@@ -106,7 +106,6 @@ def sampled(
 
 
 def _space(query: Evaluator, ends: Floats, scale: Floats, kept: float) -> SearchSpace:
-    """Return the search space of a leg: about its ends, with no pair kept farther apart than at an end."""
     reduced = query.reduced
     pairs, limits = reduced.pairs, reduced.limits
     reach = pairs.required + kept * (pairs.margin - pairs.required)

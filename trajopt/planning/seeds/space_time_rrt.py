@@ -98,7 +98,6 @@ class SpaceTimeProblem(Printed):
             raise Exhausted
 
     def free(self, states: Floats) -> int:
-        """Return how many of some states are free before the first that is not; see `clear`."""
         clear = self.clear(states)
         return len(clear) if clear.all() else int(np.argmin(clear))
 
@@ -203,7 +202,6 @@ def searched(stage: SpaceTimeProblem, names: tuple[str, ...], rng: np.random.Gen
 
 
 def _rooted(tree: _Tree, time: float) -> None:
-    """Add the goal at a time to a tree, if it is free at that time."""
     stage, root = tree.stage, np.append(tree.stage.goal, time)
     stays = stage.margins.spare_staying(stage.goal, time, stage.dwell)
     if (stays >= 0.0).all() and stage.free(root[None]) == 1:
@@ -211,7 +209,6 @@ def _rooted(tree: _Tree, time: float) -> None:
 
 
 def _rooted_seldom(tree: _Tree, soonest: float) -> bool:
-    """Add a goal that is seldom free to a tree, at the first such times; return whether there are any."""
     stage = tree.stage
     times: Floats = np.append(np.arange(soonest, stage.latest, LOOK), stage.latest)
     states = np.column_stack((np.tile(stage.goal, (len(times), 1)), times))
@@ -241,7 +238,6 @@ def _connected(forward: _Tree, backward: _Tree, soonest: float, rng: np.random.G
 
 
 def _sample(stage: SpaceTimeProblem, rng: np.random.Generator) -> Floats | None:
-    """Return a random state that can be reached in time, and from which the goal can; None if it cannot."""
     positions = rng.uniform(*stage.box)
     sooner, later = stage.least(positions - stage.start), stage.latest - stage.least(stage.goal - positions)
     return None if later < sooner else np.append(positions, rng.uniform(sooner, later))

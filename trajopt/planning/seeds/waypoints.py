@@ -93,7 +93,6 @@ def choose_waypoints(
 def _middle(
     reduced: ReducedModel, wanted: Sequence[Requirement], also: Sequence[Requirement], query: Evaluator
 ) -> Floats | None:
-    """Return the middle of a range of all joint positions, if it holds all and touches nothing."""
     asked = fixed_positions(wanted, reduced)
     if asked is None:
         return None

@@ -292,7 +292,6 @@ _MOMENTS, _PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 
 
 def check_count(path: Path, links: int, kind: str = "links") -> None:
-    """Check that there are not too many links."""
     if links > MOST_LINKS:
         raise FileFormatError(
             str(path),

@@ -44,7 +44,6 @@ INNER = ("_", "gi_", "cr_", "ag_", "tb_")
 
 
 def readable(path: object, folders: tuple[str, ...], searched: tuple[str, ...]) -> bool:
-    """Return whether a file may be read: in one of the folders, or in a package below a searched one."""
     if not isinstance(path, str | bytes | Path):
         return False
     real = Path(os.path.realpath(os.fsdecode(path)))
@@ -56,7 +55,6 @@ def readable(path: object, folders: tuple[str, ...], searched: tuple[str, ...]) 
 
 
 def inner_names(expression: str) -> list[str]:
-    """Return the names in an expression that lead out of it, sorted."""
     nodes = list(ast.walk(ast.parse(expression.strip(), mode="eval")))
     attributes = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
     variables = {node.id for node in nodes if isinstance(node, ast.Name)}

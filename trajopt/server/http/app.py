@@ -349,7 +349,6 @@ def worker_request(scope: Scope) -> tuple[str, str]:
 
 
 def in_address(request: Request) -> bytes:
-    """Return the arguments in the address of a request whose body is bytes, each JSON or text."""
     found: dict[str, bytes] = {}
     for key, text in request.query_params.multi_items():
         if key in found:

@@ -305,7 +305,6 @@ class InProcess:
         return function(*args, **kwargs)
 
     def begin(self, execution: Execution, *, paced: bool) -> str:
-        """Start to drive a motion; return the reason if it is not driven."""
         drive, trajectory = self._driving(), execution.trajectory
         executor = drive.executor
         if self._clock is not None and isinstance(executor, SimulatedExecutor):

@@ -59,7 +59,6 @@ class Offset:
 
 
 def knot_stations(required: FollowsCurve) -> Floats:
-    """Return the lengths of the program's knots: evenly spaced, including the ends of the curve's pieces."""
     count = int(np.clip(np.ceil(required.until / SPACING), FEWEST, MOST))
     even = np.linspace(0.0, required.until, count + 1)
     for edge in required.curve.edges[1:-1]:
@@ -71,7 +70,6 @@ def knot_stations(required: FollowsCurve) -> Floats:
 def on_the_curve(
     problem: Problem, required: FollowsCurve, seed: CurveTrack, tracker: BudgetTracker
 ) -> SolveResult:
-    """Plan the whole line on the curve, from a seed at the stations of `knot_stations`."""
     error = CurveError(problem.reduced, required, seed.stations)
     bound = within(required, HELD)
     smallest = HELD * min(required.position_tolerance, required.rotation_tolerance)

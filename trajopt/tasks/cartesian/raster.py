@@ -176,7 +176,6 @@ def _pieces(corners: Floats, normals: Floats, row: Floats, sides: Floats) -> Ite
 
 
 def _cut(triangle: Floats, side: Floats) -> Floats:
-    """Return the two points at which the edges of a triangle cross a plane, or fewer."""
     found: list[Floats] = []
     for a, b in ((0, 1), (1, 2), (2, 0)):
         if (side[a] < 0.0) != (side[b] < 0.0):
@@ -201,13 +200,11 @@ def _poses(points: Floats, directions: Floats, row: Floats, margin: float) -> li
 
 
 def _interpolated(stations: Floats, places: Floats, values: Floats) -> Floats:
-    """Interpolate rows of values, given at places, at stations."""
     columns = [np.interp(stations, places, np.array(column)) for column in values.T]
     return np.stack(columns, axis=1)
 
 
 def _bends(points: Floats, normals: Floats) -> Bools:
-    """Return the points that a polyline needs: the ends, and those at which it bends or turns."""
     kept = np.ones(len(points), dtype=np.bool_)
     for index in range(1, len(points) - 1):
         before, after = points[index - 1], points[index + 1]

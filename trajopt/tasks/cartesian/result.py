@@ -65,7 +65,6 @@ class Followed:
 
     @property
     def problem(self) -> Problem:
-        """The motion as a problem: its start, its end, and the followed part of the curve."""
         return self.result.problem
 
     @property

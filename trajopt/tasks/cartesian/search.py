@@ -344,7 +344,6 @@ def _margins(on_curve: OnCurve, found: CurveTrack) -> TaperedMargins:
 
 
 def start_margins(on_curve: OnCurve, starts: Floats) -> Floats:
-    """Return the clearance of each pair on the curve: its margin, or that at the starts, (p,)."""
     margin = on_curve.reduced.pairs.margin - CLEARANCE_TOLERANCE
     contacts = on_curve.query.close_pairs(starts, margin)
     np.minimum.at(margin, contacts.pair, contacts.distance - CLEARANCE_TOLERANCE)

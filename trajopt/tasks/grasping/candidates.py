@@ -181,7 +181,6 @@ def place_candidates(
 
 
 def lowering_scene(task: PickPlaceTask, held: Scene, supports: tuple[str, ...]) -> Scene:
-    """Return the scene with the object in the hand, allowed to touch what it will stand on."""
     for support in supports:
         name = f"{task.name} stands on {support}"
         held = held.allow_contact(name, task.name, support, last=task.options.contact_time)

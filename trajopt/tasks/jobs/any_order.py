@@ -81,7 +81,6 @@ class AnyOrder(Value):
         object.__setattr__(self, "items", items)
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the items; see `Task`."""
         self._end(scene, group)
         for _ in held_after_each(self.items, scene, group, held):
             pass

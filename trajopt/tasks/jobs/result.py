@@ -47,7 +47,6 @@ class TaskSegment(Value):
 
     @property
     def trajectory(self) -> Trajectory:
-        """The motion, of the joints of its group."""
         return self.result.require().trajectory
 
     @property
@@ -103,7 +102,6 @@ class StageTime:
     end: float
 
     def __str__(self) -> str:
-        """Return one line of a table of cycle times."""
         return f"{self.begin:8.2f} s {self.end - self.begin:8.2f} s  {self.name}"
 
 
@@ -129,7 +127,6 @@ class Handling(Value):
     placed: str = ""
 
     def stage(self, segment: TaskSegment) -> Stage | None:
-        """Return the stage of pick and place that a motion belongs to; None if it belongs to none."""
         found = [
             Stage[name.rpartition(": ")[2].upper()]
             for name in segment.stages
@@ -155,7 +152,6 @@ class StageRefusal(Value):
     result: Result | None = None
 
     def __str__(self) -> str:
-        """Return one line."""
         return f"{self.stage}: {self.reason}"
 
 

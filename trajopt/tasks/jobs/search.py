@@ -79,7 +79,6 @@ class TaskState:
         return sum(segment.duration for segment in self.segments)
 
     def after(self, segment: TaskSegment) -> "TaskState":
-        """Return the state after one more motion."""
         return replace(
             self,
             positions=segment.end,
@@ -90,7 +89,6 @@ class TaskState:
         )
 
     def to(self, leg: Leg) -> "TaskState":
-        """Return the state after one more leg."""
         return replace(self, positions=leg.goal, legs=(*self.legs, leg))
 
 
@@ -213,7 +211,6 @@ class TaskSearch:
         return self._planned(replace(state, legs=()), state.legs, pause)
 
     def _waited(self, state: TaskState, pause: Pause) -> Way:
-        """Rest longer at the end of the last motion."""
         last = next(reversed(state.segments), None)
         if last is None or state.scene.changing:
             still = Leg(pause.stage, state.positions, state.scene)
@@ -255,7 +252,6 @@ class TaskSearch:
         return resting
 
     def arm(self, scene: Scene, positions: Floats) -> Floats:
-        """Take the arm's joints from positions of all joints."""
         return positions[scene.robot.index(scene.robot.group(self.group).joints)]
 
     def _problem(self, state: TaskState, legs: tuple[Leg, ...], rest: float) -> Problem:

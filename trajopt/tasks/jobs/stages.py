@@ -53,11 +53,9 @@ class MoveTo(Value):
 
     @property
     def default_name(self) -> str:
-        """Name if none is given."""
         return f"move to {self.goal}" if isinstance(self.goal, str) else "move"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the goal against the scene; see `Task`."""
         self.requirements(scene, group)
         return held
 
@@ -108,12 +106,10 @@ class FollowCurve(Value):
     default_name = "follow"
 
     def __post_init__(self) -> None:
-        """Check the length."""
         if number("off", self.off) < 0.0:
             raise ProblemError(f"off must not be negative, is {self.off:g} m")
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the frames against the scene; see `Task`."""
         del group
         for frame in (self.curve.frame, self.curve.reference):
             scene.holder(frame)
@@ -151,7 +147,6 @@ class FollowCurve(Value):
         yield ended
 
     def _led(self, search: TaskSearch, state: TaskState, begin: Floats) -> Way:
-        """Return the state at the beginning of the curve."""
         if self.off == 0.0:
             return search.rested(state.to(Leg(f"{self.name}: reach", begin, state.scene)))
         before = self._beside(search, state, begin)
@@ -192,17 +187,14 @@ class Dwell(Value):
     default_name = "dwell"
 
     def __post_init__(self) -> None:
-        """Check the duration."""
         if number("seconds", self.seconds) <= 0.0:
             raise ProblemError(f"seconds must be positive, is {self.seconds:g}")
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Return the held objects; see `Task`."""
         del scene, group
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the rest."""
         yield search.rested(state, self.seconds, self.name)
 
 
@@ -223,7 +215,6 @@ class SetGripper(Value):
     default_name = "gripper"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the opening; see `Task`."""
         del group
         _gripper(scene, self.gripper).joints_at(self.opening)
         return held
@@ -253,13 +244,11 @@ class PickObject(Value):
     name: str = ""
 
     def __post_init__(self) -> None:
-        """Check the types."""
         if not several("grasps", self.grasps, Grasp):
             raise ProblemError(f"name at least one grasp of {self.object}")
 
     @property
     def default_name(self) -> str:
-        """Name if none is given."""
         return f"pick {self.object}"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
@@ -271,7 +260,6 @@ class PickObject(Value):
         return held | {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the pick by each grasp and configuration of the arm."""
         task = _handling(search, state, self.object, _gripper(state.scene, self.gripper))
         for grasp in self.grasps:
             blended = replace(
@@ -338,7 +326,6 @@ class PlaceObject(Value):
     name: str = ""
 
     def __post_init__(self) -> None:
-        """Make the places a tuple."""
         given = (self.places,) if isinstance(self.places, Place) else several("places", self.places, Place)
         if not given:
             raise ProblemError(f"name at least one place of {self.object}")
@@ -346,11 +333,9 @@ class PlaceObject(Value):
 
     @property
     def default_name(self) -> str:
-        """Name if none is given."""
         return f"place {self.object}"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check that the object is in a hand; see `Task`."""
         del group
         scene.object(self.object)
         _gripper(scene, self.gripper)
@@ -425,11 +410,9 @@ class AttachObject(Value):
 
     @property
     def default_name(self) -> str:
-        """Name if none is given."""
         return f"attach {self.object}"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the object and the link; see `Task`."""
         del group
         scene.object(self.object)
         scene.holder(self.link)
@@ -468,11 +451,9 @@ class DetachObject(Value):
 
     @property
     def default_name(self) -> str:
-        """Name if none is given."""
         return f"detach {self.object}"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check that the object is attached; see `Task`."""
         del group
         scene.object(self.object)
         if self.object not in held:
@@ -480,7 +461,6 @@ class DetachObject(Value):
         return held - {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the detachment, after a rest of the arm."""
         there = search.rested(state)
         if isinstance(there, StageRefusal):
             yield there
@@ -507,17 +487,14 @@ class MoveObject(Value):
 
     @property
     def default_name(self) -> str:
-        """Name if none is given."""
         return f"move object {self.object}"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the object; see `Task`."""
         del group
         scene.object(self.object)
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the moved object, after a rest of the arm."""
         there = search.rested(state, self.seconds, self.name)
         if isinstance(there, StageRefusal):
             yield there
@@ -542,7 +519,6 @@ def joint_travel(segments: Sequence[TaskSegment]) -> float:
 
 
 def as_items(items: Sequence[Item]) -> tuple[tuple[Stage, ...], ...]:
-    """Return each item as a tuple of stages."""
     found: list[tuple[Stage, ...]] = []
     for item in sequence("items", items):
         found.append(tuple(item) if isinstance(item, Sequence) else (item,))
@@ -585,11 +561,9 @@ class OneOf(Value):
     default_name = "one of"
 
     def __post_init__(self) -> None:
-        """Make each item a tuple."""
         object.__setattr__(self, "items", as_items(self.items))
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the alternatives; see `Task`."""
         return held_after_any(self.items, scene, group, held)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
@@ -622,15 +596,12 @@ class Fallback(Value):
     default_name = "fallback"
 
     def __post_init__(self) -> None:
-        """Make each item a tuple."""
         object.__setattr__(self, "items", as_items(self.items))
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the alternatives; see `Task`."""
         return held_after_any(self.items, scene, group, held)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the ways of each alternative in order."""
         for item in as_items(self.items):
             yield from in_sequence(item, search, state)
 
@@ -643,7 +614,6 @@ def _placing(state: TaskState, stage: PlaceObject, place: Place) -> TaskState:
 
 
 def _blended(line: Straight, search: TaskSearch) -> Straight:
-    """Shorten a straight motion by the blend, at most by half."""
     return replace(line, distance=max(line.distance - search.blend, 0.5 * line.distance))
 
 

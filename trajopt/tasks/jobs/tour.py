@@ -66,7 +66,6 @@ class Tours:
         return best
 
     def nearest_neighbour(self) -> Ints:
-        """Return the tour that goes to the nearest node of the groups that are left."""
         left = np.ones(len(self.groups), dtype=bool)
         tour: list[int] = []
         cost = self.start
@@ -78,7 +77,6 @@ class Tours:
         return np.array(tour)
 
     def _improved(self, tour: Ints, groups: Ints) -> Ints:
-        """Improve a tour near some groups until neither order nor nodes can be improved."""
         tour, cost = self._reordered(tour, groups), np.inf
         while (now := self.cost(tour)) < cost - GAIN:
             cost, before = now, tour

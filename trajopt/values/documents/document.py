@@ -27,7 +27,6 @@ class Node:
     place: str = ""
 
     def error(self, reason: str) -> FileFormatError:
-        """Return the error for this place."""
         return FileFormatError(self.path, f"{self.place}: {reason}" if self.place else reason)
 
     @property

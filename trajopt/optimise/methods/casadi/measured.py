@@ -96,7 +96,6 @@ class EverySample:
     empty: float = 0.0
 
     def fill(self, motion: Motion) -> Filled:
-        """Measure and put in place."""
         rows = self.residual.linearise(motion)
         sample = np.searchsorted(self.place, rows.place - 1e-9)
         slot = sample * self.components + rows.component

@@ -78,12 +78,10 @@ class ServiceCall:
     generation: Generation
 
     def answer(self, response: object, state: SessionState | None = None) -> Answer:
-        """Return a message as the answer; the session's state is unchanged for None."""
         return Answer(encode(response, self.generation), state)
 
 
 def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
-    """Read a request: the name of the generation as `ros`, and the message as `args`."""
     generation = Generation[arguments["ros"].text()]
     check_sizes(arguments["args"].value, watch)
     message = decode(kind, arguments["args"].value, generation, name="args")
