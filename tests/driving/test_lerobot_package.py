@@ -1,8 +1,10 @@
 """The robot for LeRobot, with the installed package and arms in MuJoCo, in real time."""
 
+import json
 import sys
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,7 @@ from trajopt.scene.reducing import reduce_model
 if find_spec("lerobot") is None:
     pytest.skip("lerobot is not installed", allow_module_level=True)
 
+import draccus
 from lerobot.robots import RobotConfig, make_robot_from_config
 from lerobot.utils.errors import DeviceNotConnectedError
 from lerobot.utils.import_utils import register_third_party_plugins
@@ -53,24 +56,29 @@ def plugin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "lerobot_robot_trajopt" in sys.modules
 
 
+@dataclass
+class Command:
+    """The configuration of one of LeRobot's commands."""
+
+    robot: RobotConfig
+
+
 def guarded(motors: Mapping[str, object], settings: Mapping[str, object], tmp_path: Path) -> Any:
     """Return the robot that LeRobot makes of a configuration, over a simulated one with these motors."""
-    import draccus
-
-    inner = {"type": "simulated_arm", "motors": motors, "calibration_dir": str(tmp_path)}
-    config = draccus.decode(
-        RobotConfig,
-        {
-            "type": "trajopt_guarded",
-            "robot": inner,
-            "tolerance": 8e-3,
-            "lag": LAG,
-            "lead": 0.1,  # other processes may hold up this one
-            "calibration_dir": str(tmp_path),
-            **settings,
-        },
-    )
-    return make_robot_from_config(config)
+    document = {
+        "type": "trajopt_guarded",
+        "robot": {"type": "simulated_arm", "motors": motors, "calibration_dir": str(tmp_path)},
+        "tolerance": 8e-3,
+        "lag": LAG,
+        "lead": 0.1,  # other processes may hold up this one
+        "calibration_dir": str(tmp_path),
+        **settings,
+    }
+    (tmp_path / "command.json").write_text(json.dumps({"robot": document}))
+    # As LeRobot's commands read it.
+    command = draccus.parse(Command, config_path=tmp_path / "command.json", args=["--robot.fps=30"])
+    assert command.robot.type == "trajopt_guarded"
+    return make_robot_from_config(command.robot)
 
 
 def play(robot: Any, actions: list[dict[str, float]]) -> tuple[list[dict[str, float]], list[Any]]:

@@ -4,6 +4,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
+import draccus
 from lerobot.robots import Robot, RobotConfig, make_robot_from_config
 from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnectedError
 
@@ -20,7 +21,8 @@ class GuardedRobotConfig(RobotConfig):
     """The guarded robot, and its model.
 
     Attributes:
-        robot: The robot that is guarded, of any type.
+        robot: Configuration of the robot that is guarded, of any type. It is a dictionary, because LeRobot's
+            commands list the options of all types, which would not end.
         motors: Feature -> its joint.
         description: An installed robot of trajopt, or its URDF, xacro or MJCF file.
         group: Group of the joints of the motors.
@@ -34,7 +36,7 @@ class GuardedRobotConfig(RobotConfig):
         lag: Time by which the motors are behind their commands, in addition to a period [s].
     """
 
-    robot: RobotConfig
+    robot: dict[str, Any]
     motors: dict[str, MotorJoint]
     description: str
     group: str
@@ -63,7 +65,8 @@ class GuardedRobot(Robot):
     def __init__(self, config: GuardedRobotConfig) -> None:
         """Read the model; the robot is not connected yet."""
         super().__init__(config)
-        self.config, self.robot = config, make_robot_from_config(config.robot)
+        inner = draccus.decode(RobotConfig, config.robot)
+        self.config, self.robot = config, make_robot_from_config(inner)
         model = to.load(config.description, srdf=config.srdf, package_dirs=config.package_dirs)
         self._scene = read_scene(config.scene, model).scene if config.scene else to.Scene(model)
         self._open, self.arm = ExitStack(), None
