@@ -53,7 +53,6 @@ def problem_of(
     """Return the problem of a motion's file.
 
     Args:
-        motion: The file.
         source: The robot; None if the file, a bundle or a plan's, contains everything.
         scene: The scene, with a robot.
         request: The request, with a robot.

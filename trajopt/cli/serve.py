@@ -75,9 +75,6 @@ class RosbridgeFace:
     """The rosbridge server of the options.
 
     Attributes:
-        origins: Addresses of web pages that may connect.
-        ros: The ROS generation that it emulates.
-        clouds: Topics of clouds that become obstacles.
         token: Secret in the address of rosbridge; none is needed if empty.
     """
 

@@ -275,7 +275,6 @@ class Given:
     """The value on the command line.
 
     Attributes:
-        robot: The robot: installed, or a description's file.
         srdf: With a description: its SRDF.
         packages: With a description: folders of `package://` meshes.
     """

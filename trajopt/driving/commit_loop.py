@@ -53,8 +53,6 @@ class Commitment(Printed):
     """The proven motion to which a robot is bound; it ends at rest.
 
     Attributes:
-        guard: Proves motions to the present goal.
-        motion: The motion that the executor holds.
         world_changed: Whether the motion has not been judged in this world yet.
         constrained: Whether the motion satisfies the path constraints, unlike some stops and the return to
             the path after them.
@@ -293,7 +291,6 @@ class CommitLoop(Printed, ABC):
         """Replace the cloud of a camera, unless a newer one has arrived; all else stays as reported.
 
         Args:
-            name: Of the cloud in the scene.
             cloud: In the world; None if the camera sees nothing.
             stamp: Time of the measurement, on the executor's clock [s]; now when None.
 

@@ -30,7 +30,6 @@ class Rule(Value):
     """A rule for executors, and whether it holds.
 
     Attributes:
-        name: The rule.
         broken: The violation; empty if it holds.
     """
 

@@ -45,8 +45,6 @@ class FollowedGoal(Printed):
     Attributes:
         goal: The requirements; the goal of its problem is the last known one.
         target: A frame of the scene for the tool, or a function that returns the goal.
-        offset: Placement of the tool in the frame.
-        tool: Frame of the robot that goes there.
         tolerance: Additional error of the goal at the end of the motion above which it is replanned [m |
             rad].
         hold: Time that the goal must hold while the robot is at rest [s].

@@ -116,7 +116,6 @@ class GuardedGoal(Value):
     """A goal of a supervisor.
 
     Attributes:
-        problem: The requirements of the motion to it.
         blend_radius: If another goal follows, the tool may pass within this distance instead of stopping [m].
     """
 

@@ -64,7 +64,6 @@ class LeRobotController:
     """The motors of a LeRobot robot, as a controller for `StreamingExecutor`.
 
     Attributes:
-        observation: The last observation.
         others: Actions of features that are not guarded, such as a gripper's, sent with each command; at
             first those that hold it where it is.
     """
@@ -81,7 +80,6 @@ class LeRobotController:
         """Take over a connected robot.
 
         Args:
-            robot: The robot.
             motors: Feature -> its joint.
             resolution: Changes of a measured position up to this are noise [rad | m]; LeRobot's robots
                 measure no velocities, which are differences. A step of 12 bits is 1.5 mrad.
@@ -166,7 +164,6 @@ class GuardedArm:
 
         Args:
             controller: The motors that the executor of the guard drives.
-            guard: The guard.
             fps: Actions per second [Hz].
 
         Raises:

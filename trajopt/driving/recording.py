@@ -66,7 +66,6 @@ class RecordedDecision(Value):
 
     Attributes:
         time: When it was recorded, on the clock of the recording [s].
-        decision: The decision.
     """
 
     time: float
@@ -106,9 +105,7 @@ class Recording(Value):
         times: Of the samples, increasing, shape (k,) [s].
         positions: Measured positions of the joints, shape (k, n) [rad | m].
         committed: Motions that were committed; each ends at rest.
-        intended: Motions to the goals.
         sightings: Reported worlds; the first from the beginning.
-        events: Events.
         decisions: Decisions of a guard.
     """
 
@@ -443,9 +440,6 @@ class RecordingFile(Value):
 
     def read(self, robot: Robot) -> Recording:
         """Read the recording.
-
-        Args:
-            robot: The recorded robot.
 
         Raises:
             FileFormatError: If the robot is another one, or the file does not have the format.

@@ -180,7 +180,6 @@ def driven_by(
     """Drive a problem in simulation with any pilot, and measure the run; arguments as for `run`.
 
     Args:
-        pilot: Makes the pilot of an executor.
         cycle: Time between cycles [s].
     """
     world = surprises.world(problem.scene)

@@ -239,11 +239,7 @@ class Player:
 
 
 class Recorder:
-    """An input that records another one.
-
-    Attributes:
-        source: The recorded input.
-    """
+    """An input that records another one."""
 
     @checked
     def __init__(self, source: ServoInput) -> None:

@@ -47,7 +47,6 @@ class BodySpeeds:
         its radius; the rest is bounded by levers.
 
         Args:
-            placed: Placements of the joints, in one configuration.
             lower: Least velocities of the joints, shape (n,) [rad/s | m/s].
             upper: Shape (n,).
         """

@@ -113,7 +113,6 @@ def evading_stops(
     Args:
         begin: When the stop begins, on the executor's clock [s].
         here: The requirements, with the configuration of the robot at that time.
-        ahead: The committed motion from that time.
         stop: A stop that comes too near to an obstacle.
     """
     if not clear_at(guard, world, begin, ahead):

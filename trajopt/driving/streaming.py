@@ -69,8 +69,6 @@ class StreamingExecutor:
         """Take over a robot at rest.
 
         Args:
-            controller: The controller.
-            joint_names: Its joints.
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m].
                 `conformance` reports a tolerance that is too small.
             period: Time between commands [s].

@@ -45,7 +45,6 @@ class BoxCover:
         axes: Columns: the boxes' axes in the cloud's frame, shape (3, 3).
         centre: Of each box, in the cloud's frame, shape (k, 3) [m].
         half: Half of its edges, shape (k, 3) [m].
-        core: Finds the points in each box.
     """
 
     axes: Floats
@@ -159,7 +158,6 @@ class Covered:
 
         Args:
             stands_for: The pair that each pair of the cell is reported as, shape (m,).
-            count: How many of those there are.
         """
         return proximity.Query(self.cell, stands_for, count)
 

@@ -62,7 +62,6 @@ class DynamicObstacles(Printed):
 
     Attributes:
         timed: The model of the robot and the obstacles.
-        query: Evaluates it.
     """
 
     timed: TimedModel

@@ -171,7 +171,6 @@ def supports(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
     """Return the objects, at rest or moved by themselves, that an object touches at time 0.
 
     Args:
-        name: The object.
         where: Its placement in the world.
     """
     own = [(where * placed, shape) for shape, placed in scene.object(name).parts]

@@ -127,7 +127,6 @@ def cell_of(reduced: ReducedModel, bodies: BodyParts, first: Ints, second: Ints)
     """Return a robot among bodies as the core needs it.
 
     Args:
-        bodies: Its bodies, and those around it.
         first: Of each pair the first body, shape (p,).
         second: The second, shape (p,).
     """

@@ -42,7 +42,6 @@ class ReachMap(Value):
         reached: Approach directions in each cell, shape (X, Y, Z).
         directions: Number of directions into which the sphere is divided.
         manipulability: Largest in each cell, 0 without a sample, shape (X, Y, Z).
-        valid: Number of valid configurations.
         drawn: Number of drawn configurations, including those in collision.
     """
 
@@ -361,7 +360,6 @@ def sample_table(
     Args:
         reduced: The robot with its group's joints free, in its scene.
         frame: Link, tool frame or attached object.
-        count: Number of configurations.
         reference: The reference frame of placements.
         margin: Clearance of a clear configuration [m]; the scene's own margins if None.
         only_clear: Whether to draw until `count` rows are clear; otherwise rows in collision count too.

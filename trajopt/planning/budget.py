@@ -241,11 +241,7 @@ class BudgetTracker:
 
 @dataclass(frozen=True, eq=False)
 class StepWatch:
-    """Called by a solver after its steps, perhaps delayed without a listener; raises `Stopped` at a limit.
-
-    Attributes:
-        counts: Of the program that is solved.
-    """
+    """Called by a solver after its steps, perhaps delayed without a listener; raises `Stopped` at a limit."""
 
     tracker: BudgetTracker
     counts: WorkCounts

@@ -43,7 +43,6 @@ class GoalBranch(Value):
 
     Attributes:
         problem: With this end as its goal.
-        blocked: Contact that ended its straight line.
     """
 
     kind: SeedKind
@@ -110,7 +109,6 @@ class Candidate:
     Attributes:
         branches: Its possible branches: the end of the seed selects one.
         brief: Whether a few steps show if it is promising.
-        goal_name: Of a goal set: its goal.
     """
 
     workspace: PlanningWorkspace

@@ -136,7 +136,6 @@ class Plan:
     """A verified motion.
 
     Attributes:
-        path: The path, without time.
         judged: The judge's verdict on it.
         along_path: If shape and time were optimised together: duration of the fastest motion along the
             initial path (of a start in motion: after it has stopped) [s].

@@ -21,7 +21,6 @@ class Motion:
         weight: Their weights, shape (S, k); each row sums to 1.
         place: Location of each sample along the motion, in knots of a polyline, shape (S,).
         positions: Configuration of each sample, shape (S, n).
-        query: Evaluates their kinematics.
     """
 
     knots: Floats
@@ -38,7 +37,6 @@ class Motion:
         Args:
             knots: Shape (N, n).
             sampling: Samples per segment, including its first knot, shape (N - 1,), each >= 1.
-            query: Evaluates the kinematics.
         """
         segment = np.repeat(np.arange(len(sampling)), sampling)
         starts = np.repeat(np.cumsum(sampling) - sampling, sampling)

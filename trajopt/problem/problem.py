@@ -74,7 +74,6 @@ class Problem(Value):
             goal the motion includes this time: it follows the goal and ends at rest relative to it.
         finish_by: Deadline at the goal, on a clock that shows 0 at the start of the motion [s]; none by
             default.
-        name: Name in reports.
         evaluator: Computes kinematics and distances for planning; the native evaluator by default. It is
             code, which files cannot contain, and the judge does not use it.
         degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and in

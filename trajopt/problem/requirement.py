@@ -82,7 +82,6 @@ class Relaxation:
 
     Attributes:
         what: Name of the number in reports.
-        now: Its value.
         largest: Largest change.
         unit: Unit in reports.
         apply: Returns the requirement relaxed by an amount.
@@ -185,7 +184,6 @@ def registered(dispatch: Dispatch[Result_co], kind: type[Requirement], what: str
 
     Args:
         dispatch: Dispatching function.
-        kind: Class of the requirement.
         what: Name of the registered function in the error.
     """
     if not has(dispatch, kind):

@@ -19,9 +19,6 @@ class Residual(Protocol):
 
     An optional attribute `units`, "m" or "rad" for each component or one for all, makes reports print
     violations in millimetres or degrees.
-
-    Attributes:
-        name: Name in reports.
     """
 
     @property

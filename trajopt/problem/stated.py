@@ -274,7 +274,6 @@ def stated_knots(robot: Robot, group: str, stated: int, waypoints: int = 0) -> i
 
     Args:
         stated: `Problem.knots`.
-        waypoints: Number of waypoints on the path.
     """
     if stated != 0:
         whole = isinstance(stated, int)  # pyright: ignore[reportUnnecessaryIsInstance]

@@ -32,7 +32,6 @@ def joint_unit(model: pin.Model, joint: str, *, order: int = 0) -> str:
     """Return the unit of a joint's position or its derivative.
 
     Args:
-        model: The robot's model.
         joint: Name of one of its movable joints.
         order: 0 position, 1 velocity, 2 acceleration, 3 jerk.
     """
@@ -71,7 +70,6 @@ class FixedBody:
     """A collision body and the joint that carries it.
 
     Attributes:
-        name: The body's name.
         owner: The link or object that it is part of.
         joint: Joint of the reduced model that carries it; 0 is the world.
         placement: Of the shape in that joint's frame.

@@ -85,7 +85,6 @@ class FollowJointTrajectoryExecutor:
         period: Control period of the controller [s].
         latency: Shortest time until a new motion can begin [s].
         tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
-        committed: The motion that the robot must follow.
     """
 
     @checked

@@ -165,7 +165,6 @@ class ContactAllowance:
     Attributes:
         name: Its purpose, shown in the certificate.
         a: One link or object.
-        b: The other.
         depth: Largest accepted penetration [m].
         first: Contact is accepted during the first seconds of the motion [s].
         last: Contact is accepted during the last seconds of the motion [s].

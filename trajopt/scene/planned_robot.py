@@ -112,7 +112,6 @@ def model_and_trajectory(
         caller: Name of the calling function, for errors.
         motion: A plan, a result that has one, or a reduced model.
         trajectory: The motion of a reduced model; None for a plan's own.
-        kind: Class of reduced models.
         argument: Name of `motion` in the caller, for errors.
     """
     unless_none("trajectory", trajectory, Trajectory)

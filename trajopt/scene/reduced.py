@@ -82,7 +82,6 @@ class CollisionModel:
 
     Attributes:
         anchors: Carrying joint and placement of each frame, tool, object and the world, by name.
-        bodies: Collision bodies of links, then of objects.
     """
 
     anchors: Mapping[str, Anchor]
@@ -270,7 +269,6 @@ class Payload(Value):
     """A mass that a joint carries.
 
     Attributes:
-        name: The object's id.
         mass: Its mass [kg].
         joint: Joint of the reduced model that carries it.
         point: Its centre of mass, in the joint's frame, shape (3,) [m].

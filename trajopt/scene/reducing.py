@@ -49,11 +49,7 @@ class AddedJoints:
 
 
 def add_driven(model: pin.Model, tracks: Mapping[str, Track]) -> AddedJoints:
-    """Add joints to a model that move frames along tracks.
-
-    Args:
-        model: Changed in place: the joints are appended.
-    """
+    """Add joints to a model that move frames along tracks."""
     names: list[str] = []
     anchors: dict[str, Anchor] = {}
     moved: list[tuple[Floats, Floats]] = []
@@ -110,7 +106,6 @@ class ReducedRobot:
 
     Attributes:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
-        joint_names: The group's joints, n of them.
         limits: Respect those of the joints that mimic them.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
@@ -490,7 +485,6 @@ class _Owners:
     """Links and objects that own bodies; a row for each that is paired with all others.
 
     Attributes:
-        names: Names of the owners, o of them.
         row: Row of each owner, shape (o,); -1 for objects in the world.
         excused: Whether two owners may touch, shape (rows, o).
         fixed: Whether they cannot move relative to each other, shape (rows, o).

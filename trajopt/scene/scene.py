@@ -188,7 +188,6 @@ class Scene(Value):
         """Return the placement at a time [s] of an object that is placed in the world or moves by itself.
 
         Args:
-            name: The object.
             time: By the clock of the scene.
 
         Raises:
@@ -549,7 +548,6 @@ class Scene(Value):
         A dynamic obstacle can carry others too: a tray on a conveyor.
 
         Args:
-            name: The object's id.
             link: The link, tool frame, attached object or dynamic obstacle.
             placement: Of the object in the link's frame; or
             at: Configuration at which it is grasped at its present place; for a moving object, its place at
@@ -594,7 +592,6 @@ class Scene(Value):
         """Leave an object in the world at its place in a configuration, at time 0.
 
         Args:
-            name: The object's id.
             at: The configuration; the end of a plan is one.
 
         Raises:
@@ -642,7 +639,6 @@ class Scene(Value):
         Args:
             value: Between all bodies of every kind, or between `a` and `b`.
             a: One link, frame or object.
-            b: The other.
             world: Between the world (also tables and floors of the robot's description) and the robot with
                 its attached objects.
             carried: Between attached objects and everything; from the world the larger of both applies.
@@ -675,7 +671,6 @@ class Scene(Value):
         Args:
             margin: Between all bodies of every kind, or between `a` and `b`.
             a: One link, frame or object.
-            b: The other.
             world: As for `with_clearance`.
             carried: As for `with_clearance`.
             robot: As for `with_clearance`.
@@ -704,7 +699,6 @@ class Scene(Value):
         Args:
             name: Its purpose, shown in the certificate.
             a: One link or object.
-            b: The other.
             depth: Largest accepted penetration [m].
             first: Duration from the start [s].
             last: Duration up to the end [s].

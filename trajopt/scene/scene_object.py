@@ -41,7 +41,6 @@ class SceneObject(Value):
     """An object in the scene.
 
     Attributes:
-        name: Its id.
         parts: Shapes with their placements in the object's frame; empty for a frame without a shape.
         placement: Of the object's frame in `frame`.
         frame: "world", a link or tool frame, or another object.

@@ -275,7 +275,6 @@ class SessionCalls(Generic[Reply]):
         """Add a measured cloud to the scene, or replace the earlier cloud of that name.
 
         Args:
-            name: Of the cloud in the scene.
             points: Shape (n, 3) [m]; points that are not finite are skipped. None for an empty measurement.
             radius: Of the ball of each point; the points are then in world coordinates [m].
             stamp: Time of the measurement on the sensor's clock [s]; older measurements than the newest are
@@ -316,7 +315,6 @@ class SessionCalls(Generic[Reply]):
         """Plan a problem in the words of the Python API.
 
         Args:
-            problem: Its goal, group, start, constraints, ...
             listener: Called with stage, attempt and the best motion so far.
             timeout: Time limit of the server [s].
             name: Name for `cancel`.

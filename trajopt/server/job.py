@@ -49,7 +49,6 @@ class Job:
 
     Attributes:
         number: Its number in messages to and from workers.
-        done: Future of its answer, or the refusal.
         begun: Time when a worker began, on the loop's clock [s].
     """
 

@@ -98,7 +98,6 @@ class RequestRefused(TrajoptError):
     """A refused request.
 
     Attributes:
-        why: The kind.
         reason: The reason, in a sentence.
         retry_after: Delay before a sensible retry [s]; None without one.
     """

@@ -16,9 +16,6 @@ class Hello(msgspec.Struct, tag=True, frozen=True):
     Attributes:
         robots: The robots by name, pickled.
         memory: Memory of one request, beyond the worker's present memory [bytes].
-        triangles: Of the meshes of a request.
-        points: Of a trajectory in a request.
-        cloud: Points of a cloud in a request.
     """
 
     robots: Mapping[str, bytes]
@@ -33,7 +30,6 @@ class Request(msgspec.Struct, tag=True, frozen=True):
     """A request to a worker, which has one at a time.
 
     Attributes:
-        number: Its number, in all messages about it.
         stamps: Measurement times of clouds in it, by name.
         positions: Of all joints [rad | m].
         body: The arguments, JSON.

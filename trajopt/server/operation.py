@@ -27,7 +27,6 @@ class SessionState(Value):
 
     Attributes:
         robot: Name of the robot on the server.
-        scene: Its surroundings.
         positions: Of all joints, shape (number of joints,) [rad | m].
         stamps: Measurement times of clouds in the scene, by name, on their sensors' clocks [s].
     """
@@ -49,7 +48,6 @@ class PackedScene(Value):
 
     Attributes:
         robot: Name by which the server knows the robot.
-        key: The same for the same bytes.
     """
 
     robot: str
@@ -208,8 +206,6 @@ class Operation(Value):
     """An operation of the server.
 
     Attributes:
-        run: The function.
-        lane: Its group of processes.
         edits: Whether it may change the session: such requests are serialised.
         attached: Whether it accepts bytes in addition to its arguments.
     """

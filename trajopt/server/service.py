@@ -38,7 +38,6 @@ class Service:
     """Robots, sessions and workers; `async with` starts and ends them.
 
     Attributes:
-        limits: Limits of clients.
         pools: The workers of each lane.
     """
 

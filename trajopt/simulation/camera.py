@@ -51,7 +51,6 @@ def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float
         points: In the world [m].
         azimuth: About z from x [rad].
         elevation: Above the horizon [rad].
-        aspect: Width of the picture over its height.
     """
     axes = _axes(azimuth, elevation)
     target = (points.min(axis=0) + points.max(axis=0)) / 2

@@ -136,7 +136,6 @@ class Presence:
 
         Args:
             model: The compiled model; its pairs are changed.
-            owners: Link or object of each geometry.
         """
         self._changing, self._model = changing, model
         self._pairs = np.stack((model.pair_geom1, model.pair_geom2))

@@ -320,7 +320,6 @@ def simulate_phases(
     Args:
         scene: The initial scene, with the object.
         start: Initial positions of all joints [rad | m].
-        loose: Name of the object.
         fingers: Links with rubber pads.
         driven_together: Joint of the fingers -> the joint that it follows, with factor and offset, for joints
             of one drive that the description does not couple by a mimic.

@@ -84,7 +84,6 @@ def picture_spec(
     Args:
         shown: Points around the shown region, shape (k, 3) in the world [m].
         loose: Name of a loose object, which becomes a mocap body; empty if there is none.
-        highlight: Links and objects with a special colour.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -283,7 +282,6 @@ class PosedModel:
 
         Args:
             shown: Points around the shown region, shape (k, 3) in the world [m].
-            highlight: Links and objects with a special colour.
         """
         self._reduced, self.motion = reduced, motion
         picture = picture_spec(reduced, shown, loose=motion.loose, highlight=frozenset(highlight))

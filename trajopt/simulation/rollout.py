@@ -277,7 +277,6 @@ class Phase:
     """One motion of a sequence.
 
     Attributes:
-        name: For reports.
         reduced: Its group, in a scene with or without the attached object.
         trajectory: Of the group's joints.
         rest: Time for which its end is held [s].
@@ -303,7 +302,6 @@ class SequenceLog(Value):
 
     Attributes:
         reduced: The joints of all phases, in the initial scene.
-        loose: Name of the object.
         times: Of the stored samples, shape (k,) [s].
         phases: Index of the phase at each sample, shape (k,).
         positions: Of all joints of the robot, shape (k, joints) [rad | m].

@@ -58,7 +58,6 @@ class _Curves:
     Attributes:
         time: The time [s].
         pieces: Both ends, shape (k, 2, 3) in the world [m].
-        tools: Number of pieces of the tool paths.
     """
 
     time: float
@@ -102,9 +101,7 @@ def best_viewpoint(posed: PosedModel, shown: Floats, aspect: float) -> Viewpoint
     """Choose the best viewpoint.
 
     Args:
-        posed: Robot and scene during the motion.
         shown: Points that must be in view, shape (k, 3) in the world [m].
-        aspect: Width of the picture over its height.
     """
     outer = outermost(shown)
     cameras = [

@@ -67,7 +67,6 @@ class Retimed(Printed):
             largest joint difference [rad | m].
         added_duration: Duration added to hold the limits between points, relative to the first profile, which
             holds them at points only [s]; slightly negative if a finer grid saved more.
-        passes: Number of computed profiles.
         binding: Kind of limit (velocity, acceleration, torque, jerk, tool speed) -> share of the duration
             in which it determines the speed; no single limit determines the rest.
     """

@@ -76,7 +76,6 @@ def indices(name: str, value: object, width: int, count: int) -> Ints:
     """Copy rows of whole numbers into a fresh array of indices, shape (any, width), and check it.
 
     Args:
-        name: Of the argument, for the error.
         count: Number of items that the indices select from.
     """
     try:

@@ -37,7 +37,6 @@ class PairDistance:
 
     Attributes:
         first: One link or object.
-        second: The other.
         distance: Signed distance, negative in penetration [m].
         required: Required clearance [m].
         proven: Whether the violation exceeds the error of the distance.

@@ -51,17 +51,10 @@ class _Judged:
 
 
 class Judge:
-    """Workspace that judges motions of one reduced model; one per thread.
-
-    Attributes:
-        options: Options of the judge.
-    """
+    """Workspace that judges motions of one reduced model; one per thread."""
 
     def __init__(self, reduced: ReducedModel, options: VerifyOptions = _DEFAULT) -> None:
         """Build the judge's own kinematics and geometry.
-
-        Args:
-            options: Options of the judge.
 
         Raises:
             ModelError: If two half-spaces have to keep apart.
@@ -244,7 +237,6 @@ def verify(
         dwell: Time for which the robot stays clear at rest after the end; for a moving goal, the time for
             which it has followed the goal at its end [s].
         finish_by: Deadline at the goal, from the motion's start [s]; none by default.
-        options: Options of the judge.
 
     Raises:
         ProblemError: If the trajectory or the limits have other joints than the group, or a requirement has
@@ -283,7 +275,6 @@ def examine(
         reduced: Robot with the group's joints free, in its scene.
         positions: Of the group's joints, shape (n,) [rad | m].
         moment: Moment of a motion at which the configuration occurs; at its ends contact may be accepted.
-        options: Options of the judge.
 
     Raises:
         ShapeError: Unless there is one finite position per joint.

@@ -17,11 +17,7 @@ from trajopt.verify.certificate import Check, Counts
 
 @runtime_checkable
 class SampledCheck(Protocol):
-    """Protocol of a constraint in user code.
-
-    Attributes:
-        name: Name in the certificate.
-    """
+    """Protocol of a constraint in user code."""
 
     @property
     def name(self) -> str:

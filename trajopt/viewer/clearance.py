@@ -214,11 +214,7 @@ def sample_motion(
     limits: JointLimits,
     constraints: Sequence[Requirement],
 ) -> MotionSamples:
-    """Sample a motion.
-
-    Args:
-        trajectory: The motion of the group's joints.
-    """
+    """Sample a motion."""
     duration = trajectory.duration
     times = np.union1d(np.linspace(0.0, duration, SAMPLES), trajectory.times)
     query = ClearanceQuery(reduced, duration)

@@ -337,7 +337,6 @@ class Ghost:
         """Prepare it; nothing is shown yet.
 
         Args:
-            reduced: The robot with its attached objects.
             opacity: Of all bodies, from 0 to 1.
         """
         self._server = server

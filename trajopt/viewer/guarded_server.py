@@ -29,7 +29,6 @@ class PageGuard:
     rebinding).
 
     Attributes:
-        host: Address that the page is served on.
         secret: First part of the path of each request.
     """
 

@@ -190,7 +190,6 @@ class MirrorView(Served):
 
     Attributes:
         url: Address of the page.
-        state: The latest state.
         scene: The known surroundings of the robot.
     """
 

@@ -76,7 +76,6 @@ class SceneView:
 
         Args:
             paths: Whether to draw the paths of the tools.
-            aspect: Width over height of the picture.
         """
         from trajopt.simulation.picture_model import tool_paths  # MuJoCo takes a second to import
         from trajopt.simulation.viewpoint import look_at

@@ -28,7 +28,6 @@ class ProblemChange:
         what: The modified item, as a phrase.
         unit: Unit of the amount: "m", "rad", "Nm", "kg", "" for a share.
         first: A likely sufficient amount, by the elastic relaxation; > 0.
-        largest: The largest sensible amount.
         words: Describes the change by an amount.
         apply: Returns the problem changed by an amount.
         whole: Whether the change has no intermediate amounts; its amount is then 1.
@@ -281,10 +280,7 @@ class Remedy:
     """A change that makes a problem solvable, while half of it does not: both were planned.
 
     Attributes:
-        words: The change.
-        what: The changed item.
         unit: Unit of the amount.
-        problem: The changed problem.
         result: The verified plan of it.
         half: The failure with half of the change.
     """

@@ -48,7 +48,6 @@ def explain(
     """Explain a result; see `Result.explain`.
 
     Args:
-        result: The planning result.
         plan_again: Whether to search remedies of a failure, or prices of a success in seconds.
         plan: Plans a changed problem; pass your own for a non-default method.
 

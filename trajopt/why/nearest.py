@@ -42,7 +42,6 @@ class ConfigurationProblem:
         soft: Requirements that may be violated at a cost.
         clear: Whether the margins of all pairs must hold.
         near: Preferred configuration, shape (n,) [rad | m].
-        stay: Weight of the squared distance from it.
         effort: Effort limits for holding the arm and its load still, shape (n,)
             [Nm | N]; not required if None.
     """

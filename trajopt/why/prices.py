@@ -142,7 +142,6 @@ class Price:
     """Price of an active constraint.
 
     Attributes:
-        what: The constraint.
         unit: "mm", "deg", "rad" or "%": the unit of relaxation.
         objective: Decrease of the objective per unit; None for limits that the objective does not contain.
         seconds: Decrease of the duration [s]; None if not requested or unknown.

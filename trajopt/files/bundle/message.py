@@ -57,7 +57,6 @@ def value_of_message(
 
     Args:
         known: Values that are here already, by the name that both sides use.
-        kind: Its class.
         kinds: Classes that it may contain; `all_kinds()` when None.
         triangles: Most triangles in all its arrays together.
         rows: Most rows of each other array.

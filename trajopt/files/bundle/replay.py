@@ -21,7 +21,6 @@ class Replay(Value):
 
     Attributes:
         bundle: The stored problem and result.
-        result: The new result.
         differences: Differences as sentences; empty if the results agree to the last digit.
     """
 

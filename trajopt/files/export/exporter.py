@@ -45,8 +45,6 @@ class Exporter(Protocol):
         """Write a motion.
 
         Args:
-            trajectory: The motion.
-            path: The file, written atomically.
             hz: Samples per second; None for the default of the format.
 
         Raises:

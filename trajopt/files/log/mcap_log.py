@@ -45,7 +45,6 @@ class McapLog:
         """Add a message.
 
         Args:
-            topic: Its topic.
             time: Its time [s].
             message: Its content, as in the schema of the topic.
 

@@ -45,8 +45,6 @@ def write_joint_states(log: McapLog, names: Sequence[str], times: Floats, states
     """Write joint states.
 
     Args:
-        log: The log.
-        names: The n joints.
         times: Of the states, shape (k,) [s].
         states: Positions and, if known, velocities and accelerations, shape (k, 1 to 3, n), in rad or m.
     """
@@ -71,11 +69,7 @@ def motion(begin: float, trajectory: Trajectory) -> Json:
 
 @dataclass(frozen=True, eq=False)
 class RobotMessages(Value):
-    """Messages of a robot and a scene.
-
-    Attributes:
-        reduced: Robot and scene.
-    """
+    """Messages of a robot and a scene."""
 
     reduced: ReducedModel
 
@@ -85,7 +79,6 @@ class RobotMessages(Value):
         The scene is written first, and again when objects appear or disappear.
 
         Args:
-            log: The log.
             times: Of the samples, increasing, shape (k,) [s].
             positions: Of the group's joints, shape (k, n) [rad | m].
             clock: Times on the clock of the scene, shape (k,) [s].

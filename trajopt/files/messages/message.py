@@ -168,7 +168,6 @@ def name_of(kind: type[Any], *, between: str = "") -> str:
     """Return the full name of a message, such as `std_msgs/String`.
 
     Args:
-        kind: The message's class.
         between: Folder in ROS 2: "msg", "srv" or "action"; empty as in ROS 1.
     """
     package, _, name = kind.definition.name.partition("/")
@@ -280,7 +279,6 @@ def decode(
     has its fields in order, as in MoveIt's files. Times are {sec, nanosec}, {secs, nsecs}, or seconds.
 
     Args:
-        kind: The message's class.
         document: The plain data, or a node of a document.
         generation: Of the writer, for the w of a quaternion that is left out.
         name: Name used in error messages instead of a file name.

@@ -51,8 +51,6 @@ class PointRegion:
     """A box that must contain a point of a frame.
 
     Attributes:
-        reference: The reference frame of the box.
-        placement: Of the box in the reference.
         tolerance: Half its edges, shape (3,) [m]; inf leaves an axis free.
         offset: The point, in the frame, shape (3,) [m].
         turnable: Whether the box may be rotated, as a box inside a sphere may.
@@ -112,10 +110,8 @@ class Orientation:
 
     Attributes:
         frame: The frame, or a rotated copy of it.
-        reference: The reference frame of the orientation.
         rotation: Of the frame in the reference, shape (3, 3).
         tolerance: About each axis of `rotation`, shape (3,) [rad]; inf leaves an axis free.
-        original: The frame named in the message.
         turn: Rotation from the coordinates of `original` to the coordinates of `frame`, shape (3, 3).
     """
 

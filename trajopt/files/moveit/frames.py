@@ -91,7 +91,6 @@ def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[floa
     """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None if missing.
 
     Args:
-        node: The vector.
         axes: Names of its components, one letter each.
         optional: Components that default to 0 in a mapping, as in a message.
     """

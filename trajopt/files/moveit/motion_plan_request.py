@@ -109,7 +109,6 @@ def request_of(
     """Read a motion plan request message, as `read_request` reads a file.
 
     Args:
-        document: The message.
         scene: The scene of the request.
         state: Joint -> position, for joints that the start state leaves out [rad | m]; others are at their
             default.

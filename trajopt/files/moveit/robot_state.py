@@ -122,11 +122,7 @@ def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[
 
 
 def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
-    """Return the joint positions in a robot state that may name only joints of the robot.
-
-    Args:
-        node: The robot state message.
-    """
+    """Return the joint positions in a robot state that may name only joints of the robot."""
     for joint, (at, name, value) in _stated(node).items():
         if _moved(robot, joint, at):
             raise value.error(f"joint {shown(joint)} is fixed and cannot be at {at:g}")

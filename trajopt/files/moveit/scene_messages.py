@@ -59,7 +59,6 @@ def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene
     """Return an object as a message.
 
     Args:
-        where: Placement of the object in the frame.
         scene: The scene of the object, with the frames on it.
     """
     message = msg.CollisionObject(header=msg.Header(frame_id=frame), pose=pose_of(where), id=item.name)

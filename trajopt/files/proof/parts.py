@@ -29,7 +29,6 @@ class ConvexPart:
     """A convex part: all points within a distance of the hull of some points and two discs, or a half-space.
 
     Attributes:
-        body: The body that it stands for.
         vertices: Points of the hull, in the body's frame, shape (v, 3) [m].
         radius: The distance [m].
         discs: Height along z and radius of each disc about the z axis, shape (d, 2) [m].

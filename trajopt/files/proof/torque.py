@@ -25,12 +25,7 @@ OUTWARD, INWARD = "cij,cj->ci", "cji,cj->ci"
 
 
 def stated_torque(motion: JudgedMotion, limits: JointLimits) -> RequirementRecord | None:
-    """Return the torque limits of a motion as a proof states them; None if there are none.
-
-    Args:
-        motion: The motion.
-        limits: Of the group's joints.
-    """
+    """Return the torque limits of a motion as a proof states them; None if there are none."""
     limited, reduced = np.flatnonzero(np.isfinite(limits.effort)), motion.reduced
     if not len(limited):
         return None

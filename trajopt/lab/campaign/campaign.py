@@ -91,7 +91,6 @@ class CampaignTask:
         id: Hash of the problem, its options and the package versions.
         problem_id: Hash of the problem's contents and of the seed.
         robot: Empty if unknown before the problem is made.
-        options: Index of the options among the campaign's.
         recipe: As JSON.
         parameters: In a study, by name.
     """

@@ -159,7 +159,6 @@ def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Tab
     Args:
         rows: Values by column: text, whole numbers, reals, truth values, sequences and mappings of these, or
             None.
-        columns: Names and types of all columns.
     """
     import pyarrow as pa
 

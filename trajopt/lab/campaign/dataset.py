@@ -155,8 +155,6 @@ class Extracted:
     """A row written as a bundle.
 
     Attributes:
-        path: The bundle.
-        row: The row's id.
         same: Whether planning again returned the row's motion, or its status without one; None if
             nothing was planned.
     """

@@ -24,11 +24,7 @@ LEGEND = (
 
 
 def lines(found: CampaignSummary, beside: Comparison | None = None) -> list[str]:
-    """Return a report as aligned lines.
-
-    Args:
-        beside: Its differences from another.
-    """
+    """Return a report as aligned lines."""
     rows = [HEAD, *(_cells(each) for each in _groups(found))]
     told = [
         f"{found.name}: {found.whole.rows} of {found.total} rows",
@@ -43,11 +39,7 @@ def lines(found: CampaignSummary, beside: Comparison | None = None) -> list[str]
 
 
 def page(found: CampaignSummary, beside: Comparison | None = None) -> str:
-    """Return a report as a page.
-
-    Args:
-        beside: Its differences from another.
-    """
+    """Return a report as a page."""
     rows = [[escape(cell) for cell in _cells(each)] for each in _groups(found)]
     by = found.by_family if len(found.by_family) > 1 else found.by_robot
     bars = shares(

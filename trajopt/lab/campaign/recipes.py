@@ -27,11 +27,7 @@ KEPT = 4
 
 
 class Workshop:
-    """The library, with a cache of recent scenes and models.
-
-    Attributes:
-        library: Robots, scenes and problems by key.
-    """
+    """The library, with a cache of recent scenes and models."""
 
     def __init__(self, library: Library) -> None:
         """Begin with nothing made."""

@@ -50,7 +50,6 @@ class ProblemSource:
     """Some problems of a campaign.
 
     Attributes:
-        count: Number of problems.
         pose: Yields them, reproducibly; shared values are packed.
     """
 
@@ -243,9 +242,6 @@ def base_placements(
 @checked
 def installed(name: str, count: int = 1) -> ProblemSource:
     """Return instances of an installed problem: the fixed one, then random ones.
-
-    Args:
-        count: Number of instances.
 
     Raises:
         ProblemNotFound: If there is none of that name.

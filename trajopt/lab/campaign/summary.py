@@ -243,11 +243,7 @@ Key = tuple[str, int]
 
 @dataclass(frozen=True)
 class RowChange:
-    """A problem with another outcome in the second campaign.
-
-    Attributes:
-        id: Of its row in the second campaign.
-    """
+    """A problem with another outcome in the second campaign."""
 
     id: str
     family: str
@@ -260,7 +256,6 @@ class Comparison:
     """Differences of two campaigns on their common problems.
 
     Attributes:
-        common: Number of common problems.
         only_first: Problems of the first only.
         only_second: Problems of the second only.
         verified: Verified motions of the common problems, in the first and in the second.

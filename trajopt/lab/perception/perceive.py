@@ -151,7 +151,6 @@ def with_unseen(
     as stated.
 
     Args:
-        scene: The robot.
         images: One or several, of one or several cameras.
         sensing: Parameters, with a workspace.
         cell: Edge of the cubes [m].
@@ -274,7 +273,6 @@ class Sight:
         """Process an image.
 
         Args:
-            scene: The robot that has the camera.
             holes_are_clear: Whether a pixel without a measurement hides nothing.
         """
         camera, depth = image.camera, image.metres

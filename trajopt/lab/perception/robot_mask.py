@@ -88,7 +88,6 @@ class RobotMask:
         """Place the robot in a configuration.
 
         Args:
-            scene: The robot, with its attached objects.
             positions: Of all joints, shape (number of joints,) [rad | m].
         """
         at = floats("positions", positions, (len(scene.robot.joint_names),))

@@ -393,7 +393,6 @@ def gripper_name(palm: str, carrier: str, *, alone: bool) -> str:
 
     Args:
         palm: The link that carries the fingers.
-        carrier: Name of the arm that carries it.
         alone: Whether the robot has one arm only.
     """
     kind = HAND if HAND in words(palm) else GRIPPER

@@ -42,7 +42,6 @@ class SrdfProposal:
     """A proposed SRDF, with its evidence.
 
     Attributes:
-        name: Name of the robot.
         confidence: Confidence of "never".
         evidence: Of every pair of links with collision bodies.
         disabled: Reason by the two links of each pair that need not be checked.
@@ -230,7 +229,6 @@ def home_positions(
     """Return collision-free positions of all driven joints, shape (n,) [rad | m]; zero is preferred.
 
     Args:
-        disabled: Pairs of links that may touch.
         rng: Draws configurations if neither zero nor the middle of the limits is valid.
     """
     free = all_joints_free(robot)

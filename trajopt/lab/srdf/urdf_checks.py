@@ -46,7 +46,6 @@ class Finding:
 
     Attributes:
         severity: How bad it is.
-        subject: The link or joint.
         problem: A sentence.
     """
 

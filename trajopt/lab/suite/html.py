@@ -24,11 +24,7 @@ summary { cursor: pointer; padding: .45rem 0; }
 
 
 def document(title: str, style: str, body: str) -> str:
-    """Return a page.
-
-    Args:
-        body: Its content below the heading, in HTML.
-    """
+    """Return a page."""
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
@@ -42,7 +38,6 @@ def table(
     """Return a table.
 
     Args:
-        head: The columns' headings.
         rows: Cells in HTML, as many as headings.
         numbers: Headings of right-aligned number columns.
         kind: Class of the table, for a page's style.

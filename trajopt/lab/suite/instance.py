@@ -176,7 +176,6 @@ def find_instances(
     """List the problems below a folder, named by set and number; files are read on demand.
 
     Args:
-        folder: Contains one folder for each set.
         sets: Names of the sets; all if empty.
         limit: Largest number of problems of each set, lowest numbers first.
     """

@@ -41,9 +41,7 @@ class RunOutcome:
     Attributes:
         problem: Name of the problem; in a set of files "set/number".
         draw: 0, or the number of a random instance.
-        solver: Name of the method.
         certainty: Of the status.
-        attempts: Number of seeds.
         attempts_by_kind: Number of seeds by kind.
         won_by: Kind of the successful seed, or None.
         setup_seconds: CPU time of making the problem, including its files [s].

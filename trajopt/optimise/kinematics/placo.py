@@ -41,7 +41,6 @@ class Placo:
     """Placo's `KinematicsSolver`: frame placements, axis alignments and joint positions.
 
     Attributes:
-        steps: Most quadratic programs from each start.
         converged: A start has converged when no joint moves farther in a step [rad | m].
         regularization: Weight of the squared step; keeps programs regular at singularities.
     """

@@ -73,7 +73,6 @@ class _Asked:
     """Bounds of a residual's d components, each of shape (d,), or (1,) if all have the same.
 
     Attributes:
-        accepted: Bounds within which the requirement holds.
         upper: Upper bound to aim at; equal to the lower to aim at a value.
     """
 

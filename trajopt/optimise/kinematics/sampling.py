@@ -30,7 +30,6 @@ class RandomConfigurations(Value):
 
     Attributes:
         positions: Shape (k, n) [rad | m]; k is smaller than `count` if too few were found.
-        drawn: Number of draws.
         missed: Number of draws that could not be projected onto the requirements.
         colliding: Number of others that came nearer to something than the margin.
     """

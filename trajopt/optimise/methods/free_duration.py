@@ -81,7 +81,6 @@ class FreeDurationProgram(Printed):
 
     Attributes:
         first: The problem over knots; for a start in motion it begins at the stopping point.
-        stop: Stopping motion of a start in motion.
     """
 
     method: FreeDuration

@@ -109,7 +109,6 @@ class DistancePart(Value):
 
     Attributes:
         empty: Cost or constraint without rows; weight or bounds are one number, or one a pair.
-        samples: Samples at which distances are measured.
         reach: Pairs farther apart have no row, shape (p,) [m].
         factor: Shape (p,).
         margin: Full margins, shape (p,) [m].
@@ -161,7 +160,6 @@ class ChangingDistancePart(Value):
 
     Attributes:
         empty: Constraint without rows; bounds are one number, or one a pair.
-        samples: Samples at which distances are measured.
         times: Of each sample, shape (S,) [s].
         driven: Positions of the joints driven by time, shape (S, m) [rad | m].
         among: Measures them, by the group's positions and these.

@@ -219,8 +219,6 @@ class NativeDescent(Descent):
 
     Attributes:
         compilable: The program, as a `CompilableNlp`.
-        program: Its parts, on the current samples.
-        point: Values and rows at the current point.
     """
 
     compilable: CompilableNlp

@@ -29,7 +29,6 @@ class Expression:
     """A function of the configuration, evaluated at every sample.
 
     Attributes:
-        name: Shown in reports.
         build: Makes the expression; called once for each robot in its scene.
     """
 

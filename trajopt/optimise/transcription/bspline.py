@@ -255,7 +255,6 @@ def over_control_points(
     """Transcribe a problem over the control points of a spline.
 
     Args:
-        places: Places of its parameters along the motion.
         resting: Control points at either end that have the bounds of the first and last knot.
     """
     lower, upper = (

@@ -39,8 +39,6 @@ class FreeDurationNlp:
     """The program over control points and duration; the last column is the duration over the reference.
 
     Attributes:
-        spline: The program over the control points alone.
-        limits: The group's limits, scaled by the problem.
         reference: Duration of the seed [s].
         start_velocities: Shape (n,) [rad/s | m/s].
         start_accelerations: Shape (n,) [rad/s^2 | m/s^2].

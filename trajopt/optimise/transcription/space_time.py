@@ -156,7 +156,6 @@ class SpaceTimeFamily(Printed):
 
     Attributes:
         obstacles: The margins from dynamic obstacles, if any.
-        places: Its parameters along the motion over knots.
         end: Where the motion comes to rest, shape (n,) [rad | m].
     """
 

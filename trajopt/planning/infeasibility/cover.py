@@ -44,11 +44,7 @@ class Closed:
 
 
 class ConfigurationCover:
-    """Covers boxes with smaller ones, up to a number of boxes.
-
-    Attributes:
-        left: Boxes that may still be examined.
-    """
+    """Covers boxes with smaller ones, up to a number of boxes."""
 
     def __init__(
         self, reduced: ReducedModel, most: int, apart: Floats | None = None, counts: WorkCounts | None = None

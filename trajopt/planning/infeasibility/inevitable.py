@@ -95,7 +95,6 @@ class Occupied:
         dwell: Required time of rest for which it is never free [s]; 0 if it is never free at all.
         longest: The longest time for which it was free [s].
         proven: Whether it is proven for all of the goal, at all times.
-        configurations: Number of examined configurations at the goal.
     """
 
     things: tuple[Span, ...]

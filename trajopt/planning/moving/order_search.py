@@ -49,7 +49,6 @@ class SpeedChange:
     time.
 
     Attributes:
-        span: Cells of the clock that it takes.
         ticks: Ticks that it takes.
         passed: Ticks at which it enters and leaves each cell, shape (span, 2).
     """
@@ -112,7 +111,6 @@ class Limited:
         """Sample a motion that holds the limits.
 
         Args:
-            cells: Number of cells of its clock.
             inverse_dynamics: Torques of the joints; None if they are not limited.
         """
         edges: Floats = np.linspace(0.0, motion.duration, FINE * cells + 1)
@@ -202,8 +200,6 @@ class TimingStep:
     """A part of a timing.
 
     Attributes:
-        begin: The cell at whose start it begins.
-        rate: Place of the rate at its start.
         change: Change of the rate; None if it is constant.
     """
 

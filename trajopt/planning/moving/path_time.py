@@ -115,7 +115,6 @@ def blocked_cells(
     block is clear of all of it, and a deeper contact blocks all of it.
 
     Args:
-        checks: Has the clearance that pairs keep.
         edges: Parameters of the path at which its m cells begin and end, increasing, shape (m + 1,).
         times: When the k intervals begin and end, increasing, shape (k + 1,) [s].
         hurried: Whether the parameter is the time of the fastest motion along the path, no interval is longer

@@ -57,7 +57,6 @@ class TimedOnPath:
     """A motion timed among dynamic obstacles.
 
     Attributes:
-        trajectory: The motion.
         remarks: Its waits and changes of speed with their causes, in sentences.
     """
 

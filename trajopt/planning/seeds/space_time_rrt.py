@@ -49,7 +49,6 @@ class SpaceTimeProblem(Printed):
         goal: Shape (n,).
         latest: Latest end [s].
         dwell: Time at rest at the end [s].
-        checks: Configurations that may still be checked.
         check: Called between pieces of work; may raise to stop.
     """
 

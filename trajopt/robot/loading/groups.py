@@ -26,7 +26,6 @@ class Group:
     """Joints that are planned together.
 
     Attributes:
-        name: The group's name.
         joints: Its driven joints (no mimicking, passive or fixed one), in the tree's order.
         links: Links whose parent joint is in the group, or that the group lists.
         tip: Tip link of its chain; None if it is not a single chain.

@@ -26,7 +26,6 @@ class MeshNames:
     """The mesh names of one description.
 
     Attributes:
-        file: The description.
         package_dirs: Given folders of packages, or with packages in them.
     """
 

@@ -50,7 +50,6 @@ def followed(
     """Return positions (n,) with each mimic joint at its implied position, read-only.
 
     Args:
-        joint_names: Of all movable joints.
         checked: Mimic joints with given positions; an error of `MIMIC_ERROR` is accepted.
     """
     result = np.array(floats("positions", positions, (len(joint_names),)))
@@ -72,7 +71,6 @@ def completed(
     """Return positions (n,), partly given, with mimic joints and their leading joints adjusted, read-only.
 
     Args:
-        joint_names: Of all movable joints.
         given: Joints whose position is kept; the leading joint of a given mimic joint is adjusted.
     """
     result = np.array(positions)

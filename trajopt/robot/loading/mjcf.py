@@ -402,9 +402,6 @@ def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str
 
     Pairs without two geoms that share collision bits, pairs in `<exclude>`, and a body and its parent, as for
     any robot also if that is the fixed base.
-
-    Args:
-        owners: The link of each colliding geom.
     """
     bits: dict[str, set[tuple[int, int]]] = {}
     bodies: dict[str, int] = {}

@@ -23,7 +23,6 @@ class Semantics:
         states: Joint positions [rad | m] by (group, state) and joint.
         disabled_pairs: Link pairs never checked for collision.
         left_out: The reason for each skipped group or named state, by its name.
-        notes: Sentences on everything that was skipped.
     """
 
     groups: Mapping[str, Group]
@@ -52,11 +51,7 @@ def _check_robot(model: pin.Model, srdf: Srdf) -> None:
 
 
 def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> Semantics:
-    """Return the part of an SRDF that matches the robot.
-
-    Args:
-        mimics: Mimic joints, each with its leading joint.
-    """
+    """Return the part of an SRDF that matches the robot."""
     _check_robot(model, srdf)
     groups, missing, said = resolve_groups(model, srdf, frozenset(mimics))
     notes = [*_bases(srdf), *said]

@@ -70,7 +70,6 @@ class Urdf:
     Attributes:
         xml: Its text without collision and visual elements, with joints of several degrees of freedom as
             written.
-        notes: Sentences on skipped or reinterpreted parts.
         limits: Joint name -> `max_acceleration` and `max_jerk`, as far as stated (URDF 1.2).
     """
 

@@ -522,7 +522,6 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
 
         Args:
             ref_state_in: A RobotState, for the joints outside the group.
-            traj_in: The RobotTrajectory.
             velocity_scaling_factor: Factor in (0, 1] on the velocity limits.
             acceleration_scaling_factor: Factor in (0, 1] on the acceleration limits.
             algorithm: One of MoveIt's names; all select the same algorithm, which also limits jerk and

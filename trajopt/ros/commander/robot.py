@@ -137,7 +137,6 @@ class RobotCommander:
     """Structure and state of a robot; its groups, joints and links are also attributes.
 
     Attributes:
-        world: The robot's world.
         group_kind: Class of the groups' commanders.
     """
 

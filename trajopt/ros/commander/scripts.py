@@ -239,7 +239,6 @@ def run_script(
     """Run an unchanged script that imports `moveit_commander`, `rospy` and ROS messages.
 
     Args:
-        path: The script.
         arguments: Its arguments, without its name.
         world: World of its commanders.
         stdin: Its standard input; that of this process when None.

@@ -45,7 +45,6 @@ class ServerBackend:
     verified here.
 
     Attributes:
-        robot: As described by the server.
         positions: Last joint positions reported by the server [rad | m].
     """
 

@@ -137,7 +137,6 @@ class ActionGoal:
 
     Attributes:
         message: The goal message, JSON.
-        generation: Format of the goal, feedback and result.
         tell: Called with feedback, as plain data or JSON.
         cancelled: Whether cancellation was requested.
     """

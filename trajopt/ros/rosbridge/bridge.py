@@ -35,7 +35,6 @@ class Bridge:
     """Data shared by the clients of one robot.
 
     Attributes:
-        options: Admission of clients, and the ROS distribution.
         largest: Largest size of a message [bytes].
     """
 

@@ -53,7 +53,6 @@ class Cell:
 
         Args:
             message: JSON.
-            generation: Format of the message and the response.
             difference: A planning scene message, JSON: changes for this request alone.
             seconds: Time limit [s].
             listener: Called with progress, as JSON.

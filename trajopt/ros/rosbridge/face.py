@@ -92,7 +92,6 @@ async def serve_rosbridge(
 
     Args:
         service: Started, with the operations of `ANSWERS`.
-        description: The robot's files.
         options: Addresses, and admission of clients.
         robot: Name of the robot; the first one if empty.
         ready: Called with the ports of rosbridge and of the meshes, once both listen.

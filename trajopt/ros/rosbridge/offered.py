@@ -114,7 +114,6 @@ class RelayedGoal:
     """A goal that another client pursues.
 
     Attributes:
-        provider: The client that offers the action.
         number: The goal's id between the server and that client.
         kind: Type of the action, as sent by the client.
         tell: Called with feedback, as JSON.

@@ -118,7 +118,6 @@ class Topics:
 
         Args:
             kind: Its type; empty for any.
-            subscription: The client's name of this subscription.
             spacing: Least time between two messages [s]; the shortest of several subscriptions applies.
             fragment_size: Largest piece of a message [bytes].
         """

@@ -24,8 +24,6 @@ class Incoming(msgspec.Struct):
     """An operation sent by a client; fields of other operations have their defaults.
 
     Attributes:
-        id: The client's own name for it.
-        type: Of a topic or service.
         args: Arguments of a service, or goal of an action.
         values: Response of a client's service, or feedback or result of a client's action.
         result: Whether the service or the goal succeeded.

@@ -258,11 +258,7 @@ R = TypeVar("R")
 
 
 class InProcess:
-    """Backend of a world in this process.
-
-    Attributes:
-        scene: Its surroundings.
-    """
+    """Backend of a world in this process."""
 
     def __init__(
         self, scene: Scene, start: Floats, executor: Executor | None, wait: Callable[[float], object]

@@ -70,11 +70,7 @@ def value_of(node: Node) -> Any:
 
 
 def called(function: Callable[..., Any], node: Node, **given: object) -> Any:
-    """Call a function with the arguments that a mapping has.
-
-    Args:
-        given: Arguments for those that it leaves out.
-    """
+    """Call a function with the arguments that a mapping has."""
     known, names = _signature(function), _hints(function)
     arguments = {key: value_of(node[key]) for key in node.only(known.parameters).keys()}
     arguments = {**given, **arguments}

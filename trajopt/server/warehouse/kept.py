@@ -93,7 +93,6 @@ class Entry(Value):
         goal: The goal in words; empty without one.
         status: Status of planning ("SOLVED"); empty if not planned.
         duration: Of the motion [s]; None without one.
-        note: The user's note.
         tags: Its tags, sorted.
         fingerprint: Equal for equal content, in hexadecimal digits.
     """
@@ -155,7 +154,6 @@ class Described:
         scene: Fingerprint of its scene, in hexadecimal digits; empty without one.
         ends: Final or goal positions of the joints that it determines [rad | m].
         duration: Of the motion [s].
-        words: All its words, for text search.
     """
 
     kind: EntryKind

@@ -41,8 +41,6 @@ class Conditions:
         goal: Words of their goal; or joints with the final positions of their motion [rad | m].
         within: Tolerance of these positions [rad | m].
         scene: Name of a stored scene, any version of which they use.
-        text: Words that all occur in their description.
-        until: End of the time of storage.
         newest: Whether only the last version of each name counts.
     """
 

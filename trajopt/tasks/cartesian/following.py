@@ -319,7 +319,6 @@ def timed_along(
     """Find the fastest timing of a path within all limits of the problem.
 
     Args:
-        on_curve: Measures the error of the tool.
         tolerance: Largest deviation of the tool from the path, rotations counted as lengths [m].
     """
     query, limits = on_curve.query, problem.limits

@@ -38,11 +38,7 @@ NEARNESS = 1000.0
 
 @dataclass(frozen=True, eq=False)
 class Offset:
-    """Distance of knots from the curve, along three axes [m]: the cost inside a tube.
-
-    Attributes:
-        error: The residual of the whole error.
-    """
+    """Distance of knots from the curve, along three axes [m]: the cost inside a tube."""
 
     error: CurveError
 

@@ -145,7 +145,6 @@ def _pieces(corners: Floats, normals: Floats, row: Floats, sides: Floats) -> Ite
     Args:
         corners: Of the triangles, shape (m, 3, 3) [m].
         normals: Of the triangles, shape (m, 3).
-        row: Direction of the row.
         sides: Distance of each corner from the plane of the row, shape (m, 3) [m].
     """
     segments: list[tuple[float, float, Floats, Floats, Floats]] = []

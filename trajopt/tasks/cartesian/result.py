@@ -22,7 +22,6 @@ class StopReason:
     """Place and reason of a stop before the end of the curve.
 
     Attributes:
-        status: The kind of reason.
         at: Length along the curve [m].
         pose: Index of the last reached pose of those that the curve was made from.
         message: Details: joint and limit, pair, or jump.

@@ -41,11 +41,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class CurveSearch:
-    """Searches joint paths along a curve.
-
-    Attributes:
-        rng: Draws postures, and configurations of other branches.
-    """
+    """Searches joint paths along a curve."""
 
     problem: Problem
     on_curve: OnCurve
@@ -148,11 +144,7 @@ CONE = 1e-4
 
 
 def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Floats:
-    """Search clear first configurations of the curve, nearest to the start first, shape (b, n).
-
-    Args:
-        rng: Draws the starts of the search.
-    """
+    """Search clear first configurations of the curve, nearest to the start first, shape (b, n)."""
     counts = on_curve.query.counts
     found = goal_candidates(
         evaluator(on_curve.reduced, counts),

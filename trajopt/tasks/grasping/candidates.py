@@ -119,8 +119,6 @@ def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: floa
 
     Args:
         held: The scene with the object in the hand.
-        name: The object.
-        supports: Objects that it stands on.
         seconds: Duration of the contact since the beginning of the motion [s].
     """
     for support in supports:

@@ -97,7 +97,6 @@ class Place(Value):
         rotation_tolerance: About them, one or shape (3,) [rad]; inf leaves an axis free, None is 1e-3 rad.
         lower: The straight motion down to the support.
         retreat: The straight motion of the opened gripper off the object.
-        name: For reports.
         degrees: Whether the rotation tolerance is given in degrees.
     """
 

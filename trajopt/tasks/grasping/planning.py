@@ -70,7 +70,6 @@ def pick_and_place(
 
     Args:
         scene: Robot and objects; the object is at rest in it.
-        name: The object.
         start: Configuration of the robot.
         grasps: In order of preference.
         places: In order of preference.

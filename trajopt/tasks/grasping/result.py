@@ -122,9 +122,6 @@ class Refusal:
     Attributes:
         grasp: Name of the grasp; empty if the object was in the hand from the beginning.
         place: Name of the place; empty if the grasp alone failed.
-        stage: The failed stage.
-        status: The kind of failure.
-        reason: The failure in words.
         result: The planning result; None if there was no configuration.
     """
 
@@ -147,8 +144,6 @@ class PickPlaceResult(Value):
     """A planned sequence of picking, placing or both; or the reason why there is none.
 
     Attributes:
-        name: The object.
-        scene: The scene before.
         final_scene: The scene after: the object attached to the hand, or at its place, with the clock at 0 at
             the end of the sequence; the scene before if there is no sequence.
         start: Positions of all joints before, shape (number of joints,) [rad | m].

@@ -60,7 +60,6 @@ class PickPlaceRollout:
     """A simulated pick and place.
 
     Attributes:
-        hold: How well the object was held.
         slip: The slip; None without one.
         shift: Largest motion of the object in the hand while held.
         disturbed: Motion of the object before the fingers closed.

@@ -134,11 +134,8 @@ def along_line(
     """Return the requirements that the tool moves on the line between two configurations, without rotation.
 
     Args:
-        scene: The scene.
         start: Positions of all joints at the beginning [rad | m].
         goal: Positions of all joints at the end [rad | m].
-        tool: The tool frame.
-        options: Deviation from the line.
     """
     begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
     line = point_on_line(

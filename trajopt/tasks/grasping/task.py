@@ -217,7 +217,6 @@ def in_turn(steps: Sequence[Step], start: TimedConfiguration) -> tuple[Segment, 
 
     Args:
         steps: Plan one motion each.
-        start: The beginning.
     """
     segments: list[Segment] = []
     for step in steps:

@@ -54,7 +54,6 @@ class AnyOrder(Value):
 
     Attributes:
         items: The items, each a stage or several in sequence.
-        name: Name of the stage.
         then: Configuration to which the arm goes afterwards, for the choice of the order; anywhere if None.
     """
 
@@ -171,9 +170,7 @@ class _Ordering:
     """Search for the order and the postures of items.
 
     Attributes:
-        search: The search that it is part of.
         reduced: The arm, with the configuration before as its start.
-        placed: Postures of each item.
         rests: Whether the arm rests at items.
         end: Configuration afterwards, shape (n,); None for anywhere.
     """

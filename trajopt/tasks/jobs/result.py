@@ -92,7 +92,6 @@ class StageTime:
     """When a stage takes place.
 
     Attributes:
-        name: The stage.
         begin: Its begin since the start of the task [s].
         end: Its end, rest included [s].
     """
@@ -112,7 +111,6 @@ class Handling(Value):
     Attributes:
         start: Positions of all joints before [rad | m].
         begin: Index of the first motion.
-        picked: Name of the stage that picks it.
         place: None if the object stays in the hand.
         placed: Name of the stage that places it; empty if it stays in the hand.
     """
@@ -140,9 +138,6 @@ class StageRefusal(Value):
     """The reason why one way to do a stage was rejected.
 
     Attributes:
-        stage: Name of the stage.
-        status: The kind of failure.
-        reason: The failure in words.
         result: The planning result; None if no motion was planned.
     """
 
@@ -160,8 +155,6 @@ class TaskResult(Value):
     """A planned task, or the reason why there is no plan.
 
     Attributes:
-        name: The task.
-        scene: The scene before.
         final_scene: The scene after, with the clock at the end of the task; the scene before without a plan.
         start: Positions of all joints before, shape (number of joints,) [rad | m].
         status: The status of planning: without a plan, that of the stage that failed last in the task.
@@ -169,7 +162,6 @@ class TaskResult(Value):
         refusals: The rejected ways to do stages, with reasons, in the order of the search.
         counts: Exact numbers of the work done.
         cpu_seconds: Process time of each stage of planning [s].
-        group: The arm's planning group.
         handled: How each picked object was handled last.
         stopped: The cause of an early end of planning; None without one.
     """
@@ -238,9 +230,6 @@ class TaskResult(Value):
 
     def handling(self, name: str) -> PickPlaceResult:
         """Return the part of the task in which an object is picked and placed last, for `simulate_handling`.
-
-        Args:
-            name: The object.
 
         Raises:
             PlanningFailed: If there is no plan.

@@ -39,10 +39,8 @@ class Leg:
     """A motion of the arm to a configuration that is not planned yet.
 
     Attributes:
-        stage: Name of its stage.
         goal: Positions of all joints at its end [rad | m].
         scene: Scene of this leg, with its margins and allowed contacts.
-        constraints: Requirements on the way.
     """
 
     stage: str
@@ -59,7 +57,6 @@ class TaskState:
         scene: The scene, with the clock of the beginning of the task.
         positions: Of all joints, at the end of the legs [rad | m].
         rested: Of all joints, at the end of the planned motions [rad | m].
-        segments: The planned motions.
         legs: Legs after them, which are planned together when something needs a rest.
         handled: How each object was picked and placed last.
         lifting: Contacts with supports that the next motion may begin with.
@@ -115,7 +112,6 @@ class Stage(Protocol):
 
         Args:
             scene: The scene before the task.
-            group: The arm's planning group.
             held: Objects that are attached before the stage.
 
         Raises:
@@ -159,9 +155,6 @@ class TaskSearch:
     """The data shared by all stages of one call of planning.
 
     Attributes:
-        group: The arm's planning group.
-        constraints: Path constraints of all its motions.
-        options: Speeds, tolerances and times.
         rng: Draws the starts of inverse kinematics, and the bends of seeds.
         tracker: Counts work and time, and ends the search when the budget is used up.
         blend: Distance from the end of a straight motion within which the arm may leave the line [m].

@@ -43,7 +43,6 @@ class MoveTo(Value):
     Attributes:
         goal: A state of the group, joint positions, a placement of the tool, or requirements, as the goal of
             a problem.
-        name: Name of the stage.
         constraints: Requirements on the way.
     """
 
@@ -96,7 +95,6 @@ class FollowCurve(Value):
         curve: The curve with its frame and tolerances: `follows_curve(...)`.
         options: Speeds of the process, and the reaction to obstacles.
         off: Length of a straight motion along z of the frame before the curve, and back after it [m].
-        name: Name of the stage.
     """
 
     curve: FollowsCurve
@@ -179,7 +177,6 @@ class Dwell(Value):
 
     Attributes:
         seconds: Duration [s].
-        name: Name of the stage.
     """
 
     seconds: float
@@ -206,7 +203,6 @@ class SetGripper(Value):
     Attributes:
         opening: Between the pads [m].
         gripper: The gripper; that of the robot's SRDF if None.
-        name: Name of the stage.
     """
 
     opening: float
@@ -234,7 +230,6 @@ class PickObject(Value):
         grasps: Grasps in order of preference.
         gripper: The gripper; that of the robot's SRDF if None.
         constraints: Requirements while it is lifted.
-        name: Name of the stage.
     """
 
     object: str
@@ -312,11 +307,9 @@ class PlaceObject(Value):
     """The gripper puts the object in its hand down: carry, lower, release and retreat.
 
     Attributes:
-        object: The object.
         places: Places in order of preference.
         gripper: The gripper; that of the robot's SRDF if None.
         constraints: Requirements while it is carried and lowered.
-        name: Name of the stage.
     """
 
     object: str
@@ -397,10 +390,8 @@ class AttachObject(Value):
     The next motion may begin in contact with the objects that it stands on.
 
     Attributes:
-        object: The object.
         link: The link or tool frame.
         touch_links: Links that may touch it.
-        name: Name of the stage.
     """
 
     object: str
@@ -439,12 +430,7 @@ class AttachObject(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class DetachObject(Value):
-    """An attached object stays where it is from now on.
-
-    Attributes:
-        object: The object.
-        name: Name of the stage.
-    """
+    """An attached object stays where it is from now on."""
 
     object: str
     name: str = ""
@@ -474,10 +460,8 @@ class MoveObject(Value):
     """An object is elsewhere from now on, as a door that a machine opens while the arm rests.
 
     Attributes:
-        object: The object.
         placement: Its new placement in its frame.
         seconds: Time that this takes, for which the arm rests [s].
-        name: Name of the stage.
     """
 
     object: str
@@ -552,7 +536,6 @@ class OneOf(Value):
     Attributes:
         items: The alternatives, each a stage or several in sequence.
         cost: Cost of the motions of an alternative.
-        name: Name of the stage.
     """
 
     items: Sequence[Item]
@@ -588,7 +571,6 @@ class Fallback(Value):
 
     Attributes:
         items: The alternatives in order of preference, each a stage or several in sequence.
-        name: Name of the stage.
     """
 
     items: Sequence[Item]

@@ -46,7 +46,6 @@ class Task(Value):
         options: Speeds, tolerances and times of all stages.
         blend: Distance from the far end of a straight approach, lift, lowering or retreat within which the
             arm may leave the line, at most half of the line [m].
-        name: Name in reports.
     """
 
     scene: Scene

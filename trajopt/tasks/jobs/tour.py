@@ -48,7 +48,6 @@ class Tours:
         """Return the best tour found, one node of each group in order.
 
         Args:
-            rng: Draws the restarts.
             kicks: Smallest number of restarts; one for each group if that is more.
         """
         first = self.nearest_neighbour()

@@ -196,7 +196,6 @@ def write_json(path: Path | str, document: Mapping[str, object], *, indent: int 
     """Write a document as JSON atomically; numbers are written exactly.
 
     Args:
-        document: The content.
         indent: Spaces for each level; None for one line.
 
     Raises:

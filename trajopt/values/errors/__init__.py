@@ -87,7 +87,6 @@ class NameNotFound(ModelError, KeyError):
 
     Attributes:
         kind: Kind of the named thing ("link", "group", ...).
-        name: The unknown name.
         near: The most similar known names, best first.
     """
 
@@ -228,11 +227,7 @@ class MimicOutOfRange(ModelError):
 
 
 class ShapeError(ModelError):
-    """An array has the wrong shape, or an invalid entry.
-
-    Attributes:
-        name: The argument at fault.
-    """
+    """An array has the wrong shape, or an invalid entry."""
 
     def __init__(self, name: str, problem: str) -> None:
         """Name the argument and the reason."""

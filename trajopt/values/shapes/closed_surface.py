@@ -26,7 +26,6 @@ class ClosedSurface:
 
     Attributes:
         triangles: Corners, counter-clockwise seen from outside, shape (k, 3, 3) [m], read-only.
-        parts: Number of parts: faces joined by edges.
         twisted: Number of closed parts that count as their hulls.
     """
 

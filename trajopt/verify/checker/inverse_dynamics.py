@@ -28,7 +28,6 @@ class Load:
     """A rigid body that a joint carries.
 
     Attributes:
-        joint: The joint.
         mass: Its mass [kg].
         centre: Its centre of mass in the joint's frame, shape (3,) [m].
         moments: Of inertia about that, along the joint's axes: xx, xy, xz, yy, yz, zz, shape (6,) [kg m^2].
@@ -46,7 +45,6 @@ class Masses:
 
     Attributes:
         gravity: Acceleration of free fall, shape (3,) [m/s^2].
-        loads: Bodies.
         rotors: Inertia of each joint's motor, as seen from the joint, shape (joints,) [kg m^2 | kg].
     """
 

@@ -89,7 +89,6 @@ class GridKinematics:
         k + 3 w u + 3 (a + w^2) v + (j + 3 w a + w^3) r before it.
 
         Args:
-            joint: Carries the sphere.
             centre: At all times, shape (g, 3) [m].
             radius: Its radius [m].
             begin: Place in the grid of the start of each of m intervals.

@@ -37,7 +37,6 @@ class FrameView:
 
     Attributes:
         place: Its placement, in the frame of the joint that carries it.
-        reference: The joint that it is seen from.
     """
 
     place: FixedPlace

@@ -50,11 +50,7 @@ class ClearanceFinding:
 
 @dataclass(frozen=True, eq=False)
 class ClearanceCriterion(Criterion):
-    """Clearance of every pair, and depth of accepted contacts.
-
-    Attributes:
-        distances: Workspace for distances of its bodies.
-    """
+    """Clearance of every pair, and depth of accepted contacts."""
 
     motion: JudgedMotion
     distances: PairDistances
@@ -71,11 +67,7 @@ class ClearanceCriterion(Criterion):
 
 
 def judge_clearance(motion: JudgedMotion, distances: PairDistances) -> ClearanceFinding:
-    """Search for a proof of clearance of all pairs, and return the checks.
-
-    Args:
-        distances: Workspace for distances of its bodies.
-    """
+    """Search for a proof of clearance of all pairs, and return the checks."""
     search = search_clearance(motion, distances)
     required, names = search.windows.required, rows(motion.reduced)
     contacts = [followed(motion, search, distances, pairs) for _, pairs in names]

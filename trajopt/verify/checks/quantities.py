@@ -59,7 +59,6 @@ def requirement_check(
 
     Args:
         kind: Kind of the number, such as "position".
-        component: Tightest number at the tightest time.
     """
     here, accepted = in_unit_apart(component.value, component.tolerance, unit)
     many = f"{component.name} is {here}, {accepted} is accepted"

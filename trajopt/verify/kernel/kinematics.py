@@ -90,7 +90,6 @@ class Kinematics:
     Attributes:
         revolute: Whether a joint is revolute, shape (joints,).
         axes: Unit axis of each joint in its own frame, shape (joints, 3).
-        calls: Number of computed configurations.
     """
 
     def __init__(self, reduced: ReducedModel) -> None:
@@ -183,7 +182,6 @@ class Travel:
         """Arrange the chains.
 
         Args:
-            carrier: Joint that carries each of w spheres.
             centre: Centre of each in the carrier's frame, shape (w, 3) [m].
             radius: Radius of each, shape (w,) [m].
             chains: Joints that move each, outermost first.
@@ -218,7 +216,6 @@ class Travel:
         """Bound the travel of every point of each sphere by the outermost k joints, (c, w, length + 1) [m].
 
         Args:
-            poses: Before the move, for c configurations.
             centres: Result of `centres`, shape (c, w, 3) [m].
             moved: Largest move of each joint, shape (c, joints) [rad | m].
         """

@@ -322,11 +322,7 @@ def _placed(poses: Poses) -> tuple[Floats, Floats, Floats]:
 
 
 class Surroundings:
-    """Workspace for distances in a static scene and among dynamic obstacles; one per thread.
-
-    Attributes:
-        still: Distances of all bodies except dynamic obstacles.
-    """
+    """Workspace for distances in a static scene and among dynamic obstacles; one per thread."""
 
     def __init__(self, kinematics: Kinematics, options: VerifyOptions) -> None:
         """Pass the bodies to the judge's core."""

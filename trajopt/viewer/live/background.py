@@ -30,7 +30,6 @@ class PlanningOutcome(Value):
     Attributes:
         result: The result; None if planning could not start.
         explanation: Cause of a failure, or prices of a motion's limits; None if cancelled.
-        refusal: The reason why planning could not start.
     """
 
     result: Result | None

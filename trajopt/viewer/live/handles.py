@@ -99,7 +99,6 @@ class GoalDrawing:
         """Prepare it; nothing is shown yet.
 
         Args:
-            reduced: The robot with its attached objects.
             dragged: Receives the dragged placement of the hand in the world.
         """
         self._server, self._ghosts = server, 0

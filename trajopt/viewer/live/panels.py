@@ -113,7 +113,6 @@ class Lever:
         """Add it to the page.
 
         Args:
-            hint: Its effect, shown under the mouse.
             pressed: Called on a press, with the page of the press.
         """
         self.name, self.refusal, self._hint = name, "", hint
@@ -411,7 +410,6 @@ class Driving:
         """Start.
 
         Args:
-            problem: Start and goal of the robot.
             listener: Called after each cycle, in the driving thread.
         """
         self._problem, self._listener = problem, listener

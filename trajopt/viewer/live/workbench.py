@@ -32,7 +32,6 @@ class Workbench:
     """The state set by hand.
 
     Attributes:
-        hand: The frame that goals are set for.
         turned: Whether a goal of the hand includes its orientation.
         held: The reason why planning is disabled although the goal is valid; empty if enabled.
     """
@@ -176,7 +175,6 @@ class Goal(Value):
         placement: Of the hand, in the world.
         positions: Of the group's joints, with the hand there or nearest to there, shape (n,) [rad | m].
         reachability: Whether the robot can stand so.
-        words: The same, with the reason.
         required: The requirements at the end of a motion.
     """
 

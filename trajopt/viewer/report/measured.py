@@ -127,11 +127,7 @@ class _Rate(Value):
 
 
 def measured(problem: Problem, trajectory: Trajectory) -> Measured:
-    """Measure a motion.
-
-    Args:
-        trajectory: The motion of the group's joints.
-    """
+    """Measure a motion."""
     times = np.linspace(0.0, trajectory.duration, SAMPLES)
     rates = _rates(problem, trajectory, times)
     names, limits = problem.reduced.joint_names, problem.limits
@@ -318,7 +314,6 @@ class Subject(Value):
         certificate: The judge's verdict on the motion, computed here.
         answer: The planning result, as by `Result.as_dict`.
         explanation: `Result.explain` as plain data.
-        prices: Prices of a plan's active constraints.
         made: Time of planning or saving (UTC).
         versions: Package versions of the planner, by name.
     """

@@ -94,7 +94,6 @@ class GhostAt(Value):
     """A translucent copy of the robot.
 
     Attributes:
-        name: Name of its node in the scene.
         positions: Of the group's joints, shape (n,) [rad | m].
     """
 

@@ -114,7 +114,6 @@ class NearestRows:
 
     Attributes:
         link: Of each component, shape (p,); all one link when empty.
-        segments: Number of segments of the motion.
     """
 
     item: Constraint

@@ -67,8 +67,6 @@ class MotionPlanResponse(InPart):
     Attributes:
         trajectory: The motion; without points after a failure.
         planning_time: Process time of planning [s].
-        error_code: MoveIt's error code, with the reason.
-        start_state: State at the start of the motion.
     """
 
     trajectory: RobotTrajectory

@@ -37,7 +37,6 @@ class Tolerances:
         """Return an error message for the first joint out of tolerance; empty if none.
 
         Args:
-            joints: Names of the joints of both points.
             desired: Desired positions; velocities are optional.
         """
         for each in self.stated:

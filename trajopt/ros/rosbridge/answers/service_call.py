@@ -68,11 +68,7 @@ def _code(error: TrajoptError) -> int:
 
 @dataclass(frozen=True)
 class ServiceCall:
-    """A request.
-
-    Attributes:
-        generation: Message format of the client's ROS.
-    """
+    """A request."""
 
     message: Any
     generation: Generation
@@ -95,7 +91,6 @@ class RobotStated:
     Attributes:
         scene: The scene, with the attached objects of the message.
         positions: Positions of all joints [rad | m].
-        reading: Resolves names and frames at these positions.
     """
 
     scene: Scene

@@ -29,7 +29,6 @@ def construct_link_constraint(
     """Construct constraints on the pose of a link.
 
     Args:
-        source_frame: The frame of position and orientation.
         cartesian_position: x, y, z [m].
         cartesian_position_tolerance: Radius of the sphere around the position [m].
         orientation: x, y, z, w.

@@ -26,7 +26,6 @@ class PlanningScene(InPart):
     """The scene of a world, read-only or writable.
 
     Attributes:
-        name: Name of the scene.
         current_state: A copy of the robot's positions when the scene was entered.
     """
 

@@ -157,7 +157,6 @@ class RobotState(InPart):
 
         Args:
             geometry_pose: A Pose, in the root link.
-            tip_name: The link.
             timeout: As in MoveIt; ignored, the search is finite.
 
         Returns:
