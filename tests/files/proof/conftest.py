@@ -83,6 +83,28 @@ def required(tmp_path_factory: pytest.TempPathFactory) -> Proof:
     return planned(requirements_problem(), tmp_path_factory.mktemp("required") / "required.proof")
 
 
+@pytest.fixture(scope="session")
+def moving(tmp_path_factory: pytest.TempPathFactory) -> Proof:
+    """A proof among objects that move, appear and expire."""
+    return planned(moving_problem(), tmp_path_factory.mktemp("moving") / "moving.proof")
+
+
+def moving_problem() -> to.Problem:
+    """A bar that turns and crosses with an error, a ball that leaves, and a ball that comes."""
+    scene = to.Scene(to.load("planar2"))
+    places = [
+        to.placement((0.75, -0.9, 0.14)),
+        to.placement((0.75, -0.3, 0.14), rpy=(0.0, 0.0, 1.5)),
+        to.placement((1.2, 0.6, 0.14), rpy=(0.0, 0.3, 2.0)),
+    ]
+    track = to.Track.through([0.0, 0.7, 1.9], places)
+    scene = scene.add("bar", to.Box(0.3, 0.03, 0.03), motion=to.Prediction(track, (0.002, 0.003, 0.001)))
+    scene = scene.add("leaving", to.Sphere(0.05), to.placement((0.5, 0.5, 0.1)), expires=0.3)
+    scene = scene.add("coming", to.Sphere(0.05), to.placement((0.85, 0.0, 0.2)), appears=1.2)
+    start, goal = {"joint1": -1.1, "joint2": 0.3}, {"joint1": 0.9, "joint2": 0.4}
+    return to.Problem(scene=scene, start=start, goal=to.joint_positions(goal), name="moving")
+
+
 def planar_problem() -> to.Problem:
     scene = to.Scene(to.load("planar2")).add("post", to.Cylinder(0.04, 0.4), to.placement((0.65, 0.0, 0.1)))
     start, goal = {"joint1": -1.1, "joint2": 0.3}, {"joint1": 0.9, "joint2": 0.4}

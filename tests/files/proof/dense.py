@@ -3,7 +3,7 @@
 scipy interpolates, Coal measures distances, and Pinocchio computes torques.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -22,11 +22,23 @@ TOUCH = 1e-6
 """Coal's distances may be off by this much [m]."""
 
 
-def curve(statement: Document) -> BPoly:
-    """Return the motion's coordinates."""
+def curve(statement: Document) -> Callable[..., Numbers]:
+    """Return the coordinates, drives last, as a function of times and the order of a derivative."""
     motion = statement["motion"]
     rows = np.stack([np.array(row, dtype=float) for row in motion["values"]], axis=1)
-    return BPoly.from_derivatives(motion["times"], rows)
+    own = BPoly.from_derivatives(motion["times"], rows)
+    driven = [by_pieces(each) for each in statement["drives"]]
+    return lambda times, order=0: np.concatenate([each(times, order) for each in (own, *driven)], axis=-1)
+
+
+def by_pieces(drive: Document) -> BPoly:
+    """Return the polynomials of a drive, which has a time twice where it jumps."""
+    times, rows = np.array(drive["times"], dtype=float), np.array(drive["values"], dtype=float)
+    found = [
+        BPoly.from_derivatives(times[place : place + 2], rows[:, place : place + 2].swapaxes(0, 1)).c
+        for place in np.flatnonzero(np.diff(times) > 0.0)
+    ]
+    return BPoly(np.concatenate(found, axis=1), np.unique(times))
 
 
 def placed(statement: Document, times: Numbers) -> tuple[Numbers, Numbers]:
@@ -71,16 +83,19 @@ def refuted(statement: Document, samples: int = 100) -> Iterator[str]:
     yield from _near(statement, times)
 
 
-def _ends(statement: Document, motion: BPoly) -> Iterator[str]:
-    ends = statement["ends"]
-    if (np.abs(motion(0.0) - ends["positions"]) > ends["tolerance"] + 1e-12).any():
+def _ends(statement: Document, motion: Callable[..., Numbers]) -> Iterator[str]:
+    ends, own = statement["ends"], slice(len(statement["motion"]["coordinates"]))
+    if (np.abs(motion(0.0)[own] - ends["positions"]) > ends["tolerance"] + 1e-12).any():
         yield "it starts elsewhere"
-    if (np.abs(motion(0.0, 1) - ends["velocities"]) > ends["speed"] + 1e-12).any():
+    if (np.abs(motion(0.0, 1)[own] - ends["velocities"]) > ends["speed"] + 1e-12).any():
         yield "it starts at another speed"
     for each in of_kind(statement, "joint positions"):
         for number, low, high in each["ranges"]:
             joint = statement["joints"][number - 1]
-            at = joint["factor"] * motion(motion.x[-1])[joint["coordinate"]] + joint["offset"]
+            at = (
+                joint["factor"] * motion(statement["motion"]["times"][-1])[joint["coordinate"]]
+                + joint["offset"]
+            )
             slack = statement["excess"] + 1e-12
             if (low is not None and at < low - slack) or (high is not None and at > high + slack):
                 yield f"joint {number} ends elsewhere"
@@ -101,7 +116,7 @@ def _heavy(statement: Document, times: Numbers) -> Iterator[str]:
 def torques(statement: Document, rule: Document, times: Numbers) -> Numbers:
     """Return the torques of all coordinates, (t, n), by Pinocchio's recursive Newton-Euler algorithm."""
     model, motion = heavy_model(statement, rule), curve(statement)
-    follows = np.zeros((model.nv, len(statement["motion"]["coordinates"])))
+    follows = np.zeros((model.nv, motion(0.0).shape[-1]))
     for number, joint in enumerate(statement["joints"]):
         follows[number, joint["coordinate"]] = joint["factor"]
     offset, data = np.array([joint["offset"] for joint in statement["joints"]]), model.createData()
@@ -119,8 +134,9 @@ def heavy_model(statement: Document, rule: Document) -> pin.Model:
         moves = kind(axis / np.linalg.norm(axis))
         model.addJoint(joint["place"]["joint"], moves, place, f"{len(model.names)} {joint['name']}")
     for number, mass, centre, (xx, xy, xz, yy, yz, zz) in rule["loads"]:
-        moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        model.inertias[number] += pin.Inertia(float(mass), np.array(centre), moments)
+        load = pin.Inertia(float(mass), np.array(centre), np.zeros((3, 3)))
+        load.inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])  # mutations may make it negative
+        model.inertias[number] += load
     model.armature = np.array(rule["rotors"], dtype=float)
     model.gravity.linear = np.array(rule["gravity"], dtype=float)
     return model
@@ -130,14 +146,30 @@ def _near(statement: Document, times: Numbers) -> Iterator[str]:
     turns, origins = placed(statement, times)
     parts = statement["parts"]
     for one, other, required in statement["pairs"]:
-        for place in range(len(times)):
+        for place in there(statement, [parts[part]["owner"] for part in (one, other)], times):
             shapes = [shape(freeze(parts[part]["shape"])) for part in (one, other)]
             spots = [at(parts[part]["place"], turns[place], origins[place]) for part in (one, other)]
             request, result = coal.DistanceRequest(), coal.DistanceResult()
             distance = coal.distance(shapes[0][0], spots[0], shapes[1][0], spots[1], request, result)
-            if distance - shapes[0][1] - shapes[1][1] < required - TOUCH:
+            error = sum(error_at(statement, parts[part]["owner"], times[place]) for part in (one, other))
+            if distance - shapes[0][1] - shapes[1][1] < required + error - TOUCH:
                 yield f"{parts[one]['owner']} and {parts[other]['owner']} at {times[place]:.4f} s"
                 return
+
+
+def there(statement: Document, owners: list[str], times: Numbers) -> list[int]:
+    """Return the places of the times at which all of some owners are there."""
+    present = np.ones(len(times), dtype=bool)
+    for owner, appears, expires, _ in statement["changes"]:
+        if owner in owners:
+            present &= times > (-np.inf if appears is None else appears)
+            present &= times < (np.inf if expires is None else expires)
+    return np.flatnonzero(present).tolist()
+
+
+def error_at(statement: Document, owner: str, time: float) -> float:
+    errors = [error for name, _, _, error in statement["changes"] if name == owner]
+    return sum(r + v * time + a * time**2 / 2.0 for r, v, a in errors)
 
 
 def at(place: Document, turns: Numbers, origins: Numbers) -> coal.Transform3s:

@@ -115,11 +115,11 @@ def arm(rng: np.random.Generator, degree: int) -> Document:
     return {
         "title": "arm",
         "motion": {"coordinates": list("abcd"), "times": [0.0, 0.7, 1.1, 2.0], "values": values},
-        "joints": joints,
+        "drives": [], "joints": joints,
         "ends": {**ends, "tolerance": 9, "speed": 9, "rests": False},
         "excess": 0,
         "parts": [{"owner": "a", "place": place, "shape": {"kind": "half-space"}}],
-        "pairs": [], "excused": [], "requirements": [], "judged": [],
+        "changes": [], "pairs": [], "excused": [], "requirements": [], "judged": [],
     }  # fmt: skip
 
 

@@ -25,7 +25,8 @@ def numbers(value: Any) -> Iterator[Place]:
 
 def mutate(proof: Proof, rng: np.random.Generator) -> Proof:
     statement = copy.deepcopy(proof.statement)
-    sections = ("motion", "joints", "ends", "parts", "pairs", "requirements")
+    sections = ("motion", "drives", "joints", "ends", "parts", "changes", "pairs", "requirements")
+    sections = [name for name in sections if statement[name]]
     where = list(numbers(statement[sections[rng.integers(len(sections))]]))
     for _ in range(int(rng.integers(1, 3))):
         container, key = where[rng.integers(len(where))]
@@ -62,16 +63,24 @@ def test_the_dense_check_refutes_what_is_false(planar: Proof) -> None:
     assert any("post" in fault for fault in refuted(statement))
 
 
-def test_accepted_mutations_are_true(tmp_path: Path, checker: Checker, planar: Proof) -> None:
-    accepted, false = accepted_and_refuted(checker, planar, tmp_path / "x.proof", count=40, seed=1)
+@pytest.mark.parametrize("name", ["planar", "moving"])
+def test_accepted_mutations_are_true(
+    name: str, tmp_path: Path, checker: Checker, request: pytest.FixtureRequest
+) -> None:
+    proof = request.getfixturevalue(name)
+    accepted, false = accepted_and_refuted(checker, proof, tmp_path / "x.proof", count=40, seed=1)
     assert 0 < accepted < 40
     assert false == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 110))
+@pytest.mark.parametrize("seed", range(100, 105))
+@pytest.mark.parametrize("name", ["planar", "moving"])
 @pytest.mark.timeout(0)
-def test_many_accepted_mutations_are_true(seed: int, tmp_path: Path, checker: Checker, planar: Proof) -> None:
-    accepted, false = accepted_and_refuted(checker, planar, tmp_path / "x.proof", count=1000, seed=seed)
+def test_many_accepted_mutations_are_true(
+    seed: int, name: str, tmp_path: Path, checker: Checker, request: pytest.FixtureRequest
+) -> None:
+    proof = request.getfixturevalue(name)
+    accepted, false = accepted_and_refuted(checker, proof, tmp_path / "x.proof", count=1000, seed=seed)
     assert accepted > 0
     assert false == []

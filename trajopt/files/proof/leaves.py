@@ -7,6 +7,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from trajopt.files.proof.pairs import Pairs
 from trajopt.files.proof.parts import ConvexPart
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.shapes.shapes import Mesh
@@ -53,16 +54,12 @@ class LeafSearch:
     clearance and u h^2 / 8, where u bounds the accelerations of both.
     """
 
-    def __init__(
-        self, motion: JudgedMotion, parts: Sequence[ConvexPart], pairs: Ints, required: Floats
-    ) -> None:
-        """Lay out chains and spheres.
-
-        Args:
-            pairs: Two parts in each row, shape (p, 2).
-            required: Clearance of each pair, shape (p,) [m].
-        """
-        self._motion, self._parts, self._pairs, self._required = motion, parts, pairs, required
+    def __init__(self, motion: JudgedMotion, stated: Pairs) -> None:
+        """Lay out chains and spheres."""
+        parts, pairs = stated.parts, stated.pairs
+        self._motion, self._parts, self._pairs, self._required = motion, parts, pairs, stated.required
+        self._growth, self._present = stated.growth, stated.present
+        self._driven, self._knots = stated.driven, stated.knots
         arm = motion.kinematics
         count = len(arm.parents)
         self._carried = np.zeros((count, count), dtype=np.bool_)
@@ -77,9 +74,8 @@ class LeafSearch:
         self._shapes = [_coal_shape(part) for part in parts]
 
     def search(self) -> tuple[Leaves, Leaves]:
-        count = len(self._pairs)
-        pair, begin = np.arange(count), np.zeros(count)
-        end, found, given_up = np.full(count, self._motion.duration), list[Leaves](), list[Leaves]()
+        pair, begin, end = self._first()
+        found, given_up = list[Leaves](), list[Leaves]()
         while len(pair):
             leaves, holds = self._decide(pair, begin, end)
             found.append(leaves.take(holds))
@@ -94,6 +90,22 @@ class LeafSearch:
             pair = np.repeat(pair, 2)
             begin, end = np.stack((begin, middle), 1).ravel(), np.stack((middle, end), 1).ravel()
         return _ordered(found), _ordered(given_up)
+
+    def _first(self) -> tuple[Ints, Floats, Floats]:
+        """Return the longest intervals: pairs of dynamic obstacles are cut where these change."""
+        duration = self._motion.duration
+        cuts = [
+            np.unique(
+                np.clip((0.0, duration, *here, *self._knots[: len(self._knots) * moves]), 0.0, duration)
+            )
+            for here, moves in zip(self._present, self._driven, strict=True)
+        ]
+        pair = np.repeat(np.arange(len(cuts)), [len(each) - 1 for each in cuts])
+        sides = [
+            np.concatenate([np.zeros(0), *(each[side] for each in cuts)])
+            for side in (slice(-1), slice(1, None))
+        ]
+        return pair, sides[0], sides[1]
 
     def _middle(self, begin: Floats, end: Floats) -> Floats:
         times, middle = self._motion.trajectory.times, (begin + end) / 2.0
@@ -110,10 +122,13 @@ class LeafSearch:
         poses = self._motion.poses(times)
         centres = self._centres(poses)
         needed = self._off_chord(poses, centres, first, second, seen, ends, begin, end)
-        needed = (needed + self._required[pair]) * SURE + SLACK
+        error = (self._growth[pair] * np.stack((np.ones(len(end)), end, end**2 / 2.0), axis=1)).sum(axis=1)
+        needed = (needed + self._required[pair] + error) * SURE + SLACK
+        appears, expires = self._present[pair].T
+        absent = (end <= appears) | (begin >= expires)
         apart = centres[middle, second] - centres[middle, first]
         direction = self._rounded(poses, apart, middle, seen, first, second)
-        holds = self._gap(poses, first, second, seen, ends, direction) > needed
+        holds = (self._gap(poses, first, second, seen, ends, direction) > needed) | absent
         hopeful = ~holds & (np.linalg.norm(apart, axis=1) > needed)
         for row in np.flatnonzero(hopeful).tolist():
             apart[row] = self._normal(poses, int(middle[row]), int(first[row]), int(second[row]), apart[row])

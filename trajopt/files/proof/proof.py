@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves
+from trajopt.files.proof.pairs import Pairs, proven_pairs
 from trajopt.files.proof.requirements import Shown
-from trajopt.files.proof.statement import Asked, Pairs, asked, proven_pairs, statement
+from trajopt.files.proof.statement import Asked, asked, statement
 from trajopt.files.proof.torque import stated_torque
 from trajopt.planning.judgement import judge
 from trajopt.problem.problem import Problem
@@ -24,7 +25,7 @@ from trajopt.values.trajectory import Interpolation, Trajectory
 from trajopt.verify import VerifyOptions
 from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.motion import JudgedMotion
+from trajopt.verify.kernel.motion import JudgedMotion, TimedMotion
 
 LEAF = np.dtype([("begin", "<u2"), ("direction", "<i2", (3,))])
 SUFFIX = ".proof"
@@ -74,10 +75,11 @@ def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> Pr
     motion = _verified(problem, trajectory)
     pairs, leaves = _separated(motion)
     requirements = asked(problem, motion)
-    grid = _grid(motion, leaves, problem.moving_limits, requirements)
+    knots = np.union1d(motion.trajectory.times, pairs.knots)
+    grid = _grid(motion, np.union1d(knots, leaves.begin), problem.moving_limits, requirements)
     requirements, grid = _with_torque(problem, motion, requirements, grid)
     said = json.dumps(statement(problem, motion, pairs, requirements), allow_nan=False).encode()
-    witness = _witness(motion, leaves, grid, len(pairs.pairs))
+    witness = _witness(np.setdiff1d(grid, knots), leaves, grid, len(pairs.pairs))
     with written_whole(path) as draft:
         draft.write_bytes(b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness)
     return ProofSize(len(said), len(witness), len(leaves.pair), len(grid))
@@ -93,12 +95,15 @@ def _verified(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
     moving = set[str]() if timed is None else timed.reduced.anchors.keys() - reduced.anchors.keys()
     rests = not any(moving.intersection(goal.frames) for goal in problem.goals)
     kinematics, options = Kinematics(reduced), VerifyOptions()
-    return JudgedMotion(reduced, trajectory, kinematics=kinematics, options=options, rests_after=rests)
+    motion = JudgedMotion(reduced, trajectory, kinematics=kinematics, options=options, rests_after=rests)
+    if timed is not None:
+        motion.among = TimedMotion(timed, trajectory, kinematics=Kinematics(timed.reduced), options=options)
+    return motion
 
 
 def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
-    pairs = proven_pairs(motion.reduced)
-    leaves, lost = LeafSearch(motion, pairs.parts, pairs.pairs, pairs.required).search()
+    pairs = proven_pairs(motion)
+    leaves, lost = LeafSearch(motion.among, pairs).search()
     if not len(lost.pair):
         return pairs, leaves
     for place, pair in enumerate(lost.pair.tolist()):
@@ -109,13 +114,12 @@ def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
     pairs = pairs.excusing(
         set(lost.pair.tolist()), "their hulls meet: only the judge proves exact meshes apart"
     )
-    return pairs, LeafSearch(motion, pairs.parts, pairs.pairs, pairs.required).search()[0]
+    return pairs, LeafSearch(motion.among, pairs).search()[0]
 
 
-def _grid(motion: JudgedMotion, leaves: Leaves, limits: JointLimits, requirements: Asked) -> Floats:
-    """Return times between which the checker sees limits and requirements hold; the ends of leaves too."""
-    grid = np.unique(np.concatenate((motion.trajectory.times, leaves.begin)))
-    grid, lost = _refined(grid, (_limits_hold(motion, limits), *requirements.shown), SHORTEST)
+def _grid(motion: JudgedMotion, times: Floats, limits: JointLimits, requirements: Asked) -> Floats:
+    """Return times, given ones among them, between which the checker sees limits and requirements hold."""
+    grid, lost = _refined(times, (_limits_hold(motion, limits), *requirements.shown), SHORTEST)
     if lost is not None:
         raise ProblemError(f"limits and requirements are too tight for a proof around {lost:.6g} s")
     return grid
@@ -171,8 +175,7 @@ def _limits_hold(motion: JudgedMotion, limits: JointLimits) -> Shown:
     return shown
 
 
-def _witness(motion: JudgedMotion, leaves: Leaves, grid: Floats, pairs: int) -> bytes:
-    times = np.setdiff1d(grid, motion.trajectory.times)
+def _witness(times: Floats, leaves: Leaves, grid: Floats, pairs: int) -> bytes:
     rows = np.empty(len(leaves.pair), dtype=LEAF)
     rows["begin"], rows["direction"] = np.searchsorted(grid, leaves.begin), leaves.direction
     columns: Sequence[tuple[str, object]] = (

@@ -1,82 +1,21 @@
 """The statement of a proof, from a problem and a motion."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.files.proof.parts import ConvexPart, Document, convex_part, placed
+from trajopt.files.proof.pairs import Pairs
+from trajopt.files.proof.parts import Document, convex_part, placed
 from trajopt.files.proof.requirements import Shown, stated, stated_speed
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.joints import JointLimits
-from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints, readonly
+from trajopt.scene.track import Timing
+from trajopt.values.arrays import Floats, readonly
 from trajopt.values.placement import Placement
-from trajopt.verify.kernel.motion import JudgedMotion
-from trajopt.verify.kernel.pair_distances import required_clearances
-
-
-@dataclass(frozen=True, eq=False)
-class Pairs:
-    """Pairs of convex parts that a proof is about.
-
-    Attributes:
-        pairs: Two of them in each row, shape (p, 2).
-        required: Clearance of each pair, shape (p,) [m].
-        excused: Two owners, and the reason why they need not keep apart.
-    """
-
-    parts: tuple[ConvexPart, ...]
-    pairs: Ints
-    required: Floats
-    excused: tuple[tuple[str, str, str], ...]
-
-    def excusing(self, lost: Collection[int], reason: str) -> "Pairs":
-        gone = {_owners(self.parts, *self.pairs[pair].tolist()) for pair in lost}
-        kept = [_owners(self.parts, one, other) not in gone for one, other in self.pairs.tolist()]
-        excused = tuple((min(owners), max(owners), reason) for owners in gone)
-        return Pairs(self.parts, self.pairs[kept], self.required[kept], self.excused + excused)
-
-
-def proven_pairs(reduced: ReducedModel) -> Pairs:
-    """Return the convex parts of a model and their pairs, and the pairs of owners that are excused."""
-    found = [convex_part(body) for body in reduced.bodies]
-    place = np.cumsum([part is not None for part in found]) - 1
-    parts = tuple(part for part in found if part is not None)
-    windows = {pair for pair, _ in reduced.pairs.allowances}
-    required = required_clearances(reduced)
-    rows: list[tuple[int, int]] = []
-    levels: list[float] = []
-    excused: dict[frozenset[str], str] = {}
-    listed: set[frozenset[str]] = set()
-    for pair, (one, other) in enumerate(zip(reduced.pairs.first, reduced.pairs.second, strict=True)):
-        bodies = found[int(one)], found[int(other)]
-        owners = frozenset(reduced.owners(pair))
-        listed.add(owners)
-        if pair in windows:
-            excused[owners] = "contact is accepted for a time, which was judged and is not part of this proof"
-        elif any(part is not None and part.is_half_space and part.body.joint for part in bodies):
-            excused[owners] = "a half-space moves, which was judged and is not part of this proof"
-        elif None not in bodies:
-            rows.append((int(place[one]), int(place[other])))
-            levels.append(float(required[pair]))
-    for one, first in enumerate(parts):
-        for second in parts[one + 1 :]:
-            owners = frozenset((first.body.owner, second.body.owner))
-            if first.body.joint != second.body.joint and len(owners) == 2 and owners not in listed:
-                excused[owners] = "the scene accepts their contact"
-    kept = [row for row, (one, other) in enumerate(rows) if _owners(parts, one, other) not in excused]
-    return Pairs(
-        parts,
-        np.array(rows, dtype=np.int64).reshape(-1, 2)[kept],
-        np.array(levels, dtype=np.float64)[kept],
-        tuple((min(owners), max(owners), reason) for owners, reason in excused.items()),
-    )
-
-
-def _owners(parts: Sequence[ConvexPart], one: int, other: int) -> frozenset[str]:
-    return frozenset((parts[one].body.owner, parts[other].body.owner))
+from trajopt.values.trajectory import refined
+from trajopt.verify.kernel.motion import JudgedMotion, Polynomials, TimedMotion
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +60,7 @@ def asked(problem: Problem, motion: JudgedMotion) -> Asked:
 
 
 def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
-    reduced, scene = motion.reduced, problem.scene
+    reduced, robot = motion.reduced, problem.scene.robot
     found = [f"waypoint {name}" for name in problem.waypoint_names]
     found += [f"between waypoints: {item.required}" for item in problem.partial]
     found += [f"user code: {item.residual.name}" for item in problem.residual_constraints]
@@ -129,10 +68,9 @@ def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
         found.append(f"the motion ends by {problem.finish_by:g} s")
     if problem.dwell > 0.0:
         found.append(f"it stays clear for {problem.dwell:g} s after the end")
-    clouds = {body.owner for body in reduced.bodies if convex_part(body) is None}
+    clouds = {body.owner for body in motion.among.reduced.bodies if convex_part(body) is None}
     found += [f"clearance from {name}, a cloud" for name in sorted(clouds)]
-    found += [f"clearance from {name}, which changes with time" for name in sorted(scene.changing)]
-    if scene.robot.base.rolls and set(scene.robot.base.joints) <= set(reduced.joint_names):
+    if robot.base.rolls and set(robot.base.joints) <= set(reduced.joint_names):
         found.append("the wheels of the base roll")
     return found
 
@@ -149,7 +87,8 @@ def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements
             "times": trajectory.times.tolist(),
             "values": [row.tolist() for row in rows if row is not None],
         },
-        "joints": _joints(motion, problem.moving_limits),
+        "drives": _drives(motion, pairs.knots),
+        "joints": _joints(motion.among, problem.moving_limits),
         "ends": {
             **dict(zip(("positions", "velocities", "accelerations"), np.array(start).tolist(), strict=True)),
             "tolerance": options.start_error,
@@ -158,6 +97,7 @@ def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements
         },
         "excess": options.excess,
         "parts": [part.document() for part in pairs.parts],
+        "changes": [_change(name, timing) for name, timing in pairs.changes.items()],
         "pairs": [
             [*row, level] for row, level in zip(pairs.pairs.tolist(), pairs.required.tolist(), strict=True)
         ],
@@ -169,6 +109,31 @@ def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements
 
 def _printable(text: str) -> str:
     return "".join(sign if sign.isprintable() else " " for sign in text)[:1000]
+
+
+def _drives(motion: JudgedMotion, knots: Floats) -> list[Document]:
+    """Return the coordinates of dynamic obstacles: the pieces within the motion, and rest around them."""
+    if not isinstance(motion.among, TimedMotion) or not motion.among.timed.driven.names:
+        return []
+    driven, degree = motion.among.timed.driven, len(motion.among.timed.driven.coefficients)
+    times = np.concatenate(((0.0,), knots, (motion.duration,)))
+    orders = [Polynomials(times, refined(times, driven.times, driven.coefficients, degree))]
+    while len(orders) < (2 if degree <= 4 else 3):
+        orders.append(orders[-1].derivative())
+    pieces = np.repeat(np.arange(len(times) - 1), 2)
+    since = np.stack((np.zeros(len(times) - 1), np.diff(times)), axis=1).ravel()
+    return [
+        {
+            "coordinates": list(driven.names),
+            "times": np.repeat(times, 2)[1:-1].tolist(),
+            "values": [order.at(pieces, since).tolist() for order in orders],
+        }
+    ]
+
+
+def _change(name: str, timing: Timing) -> list[object]:
+    error = (0.0, 0.0, 0.0) if timing.motion is None else timing.motion.error
+    return [name, _finite(timing.appears), _finite(timing.expires), list(error)]
 
 
 def _joints(motion: JudgedMotion, limits: JointLimits) -> list[Document]:
@@ -191,7 +156,10 @@ def _joints(motion: JudgedMotion, limits: JointLimits) -> list[Document]:
                 "coordinate": coordinate,
                 "factor": float(matrix[row, coordinate]),
                 "offset": float(offset[row]),
-                **dict(zip(names, (_finite(float(bound[row])) for bound in bounds), strict=True)),
+                **{
+                    kind: _finite(float(bound[row])) if row < len(bound) else None
+                    for kind, bound in zip(names, bounds, strict=True)
+                },
             }
         )
     return found

@@ -47,7 +47,8 @@ def stated_torque(motion: JudgedMotion, limits: JointLimits) -> RequirementRecor
             "kind": "torque",
             "gravity": model.gravity.linear.tolist(),
             "loads": loads,
-            "rotors": model.armature.tolist(),
+            "rotors": model.armature.tolist()
+            + [0.0] * (len(motion.among.kinematics.parents) - model.njoints),
             "limits": [[joint, float(limits.effort[joint])] for joint in limited.tolist()],
         },
         shown,

@@ -21,7 +21,7 @@ import rule_torque
 from kinematics import GridKinematics
 from reading import Malformed, one_of, open_file
 from requirement import StatedRequirement
-from statement import Statement, read_statement
+from statement import Change, Statement, read_statement
 from witness import read_witness
 
 RULES = {
@@ -68,14 +68,21 @@ def in_words(statement: Statement, rules: list[str]) -> str:
     lines = [
         f"{statement.title}: for all t in [0, {statement.curve.times[-1]:.6g} s]",
         f"  {len(statement.pairs)} pairs of {len(statement.parts)} convex parts keep more than {kept} apart:"
-        f" all that can move against each other but {len(statement.excused)} excused pairs of owners",
+        f" all that the robot can move but {len(statement.excused)} excused pairs of owners",
         *(f"    {one} and {other}: {reason}" for one, other, reason in statement.excused),
+        *(f"  {_in_words(change)}" for change in statement.changes),
         f"  {len(statement.joints)} joints keep their limits, to within {statement.excess:g}",
         f"  the motion has the stated start{' and ends at rest' * statement.ends.rests}",
         *(f"  {rule}" for rule in rules),
         *(f"  judged, not part of this proof: {each}" for each in statement.judged),
     ]
     return "\n".join(lines)
+
+
+def _in_words(change: Change) -> str:
+    r, v, a = change.error
+    span = f"from {change.appears:g} to {change.expires:g} s"
+    return f"{change.owner} is there {span}, within {r:g} + {v:g} t + {a / 2.0:g} t^2 m of its stated place"
 
 
 def main(arguments: list[str]) -> int:

@@ -35,11 +35,15 @@ def check(statement: Statement, witness: Witness, arm: GridKinematics) -> Iterat
             yield "a half-space moves, as seen from the other part of its pair"
     length = up(arm.grid[witness.end] - arm.grid[witness.begin])
     off = up(_accelerations(arm, witness, first, seen) + _accelerations(arm, witness, second, seen))
-    least = up(up(required + up(off * up(up(length * length) / 8.0))) * direction.norm().high)
+    needed, there = _changing(statement, arm, witness, pairs)
+    needed = up(up(required + needed) + up(off * up(up(length * length) / 8.0)))
+    least = up(needed * direction.norm().high)
+    if _across_knots(statement, arm, witness, carriers[pairs]).any():
+        yield "a leaf of a part that follows time reaches across a knot of its motion"
     for time in (witness.begin, witness.end):
         world = turned(arm.rotation[time, seen], direction)
         gap = -up(_supports(arm, first, time, world) + _supports(arm, second, time, -world))
-        broken = np.flatnonzero(~(gap > least))
+        broken = np.flatnonzero(~(gap > least) & there)
         if len(broken):
             leaf = int(broken[0])
             one, other = (statement.parts[int(side[leaf])].owner for side in (first, second))
@@ -48,8 +52,45 @@ def check(statement: Statement, witness: Witness, arm: GridKinematics) -> Iterat
             yield f"leaf {leaf}: it is not shown that {one} and {other} keep {apart} {span}"
 
 
+def _changing(
+    statement: Statement, arm: GridKinematics, witness: Witness, pairs: Rows
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the largest error of both parts in each leaf, (l,) [m], and whether both are there in it."""
+    begin, end = arm.grid[witness.begin], arm.grid[witness.end]
+    error, there = np.zeros(len(begin)), np.ones(len(begin), dtype=np.bool_)
+    for change in statement.changes:
+        mine = np.array([part.owner == change.owner for part in statement.parts])[pairs]
+        r, v, a = change.error
+        grown = up(up(r + up(v * end)) + up(a / 2.0 * up(end * end)))
+        error = up(error + up(grown * mine.sum(axis=1)))
+        there &= ~mine.any(axis=1) | ((end > change.appears) & (begin < change.expires))
+    return error, there
+
+
+def _across_knots(
+    statement: Statement, arm: GridKinematics, witness: Witness, carriers: Rows
+) -> NDArray[np.bool_]:
+    """Return whether leaves reach across a time at which the velocity of a part may jump."""
+    knots = np.unique(
+        np.concatenate(
+            [np.zeros(0), *(each.times[1:][np.diff(each.times) == 0.0] for each in statement.drives)]
+        )
+    )
+    begin, end = arm.grid[witness.begin], arm.grid[witness.end]
+    driven = _moved_by(statement, drives=True)[carriers].any(axis=1)
+    return driven & (np.searchsorted(knots, begin, "right") < np.searchsorted(knots, end, "left"))
+
+
+def _moved_by(statement: Statement, *, drives: bool) -> NDArray[np.bool_]:
+    """Return which joints the robot's coordinates move, or those that follow time; the world is number 0."""
+    own, moved = len(statement.curve.names), [False]
+    for joint in statement.joints:
+        moved.append(moved[joint.place.joint] or (joint.coordinate >= own) == drives)
+    return np.array(moved)
+
+
 def left_out(statement: Statement) -> Iterator[str]:
-    """Yield faults: a pair of half-spaces, and a pair that can move and is neither listed nor excused."""
+    """Yield faults: a pair of half-spaces, and a pair that the robot can move, neither listed nor excused."""
     parts = statement.parts
     planes = [isinstance(part.shape, HalfSpace) for part in parts]
     if any(planes[one] and planes[other] for one, other, _ in statement.pairs):
@@ -57,7 +98,8 @@ def left_out(statement: Statement) -> Iterator[str]:
     names = sorted({part.owner for part in parts})
     owner = np.array([names.index(part.owner) for part in parts], dtype=np.int64)
     joint = np.array([part.place.joint for part in parts], dtype=np.int64)
-    due = (owner[:, None] != owner) & (joint[:, None] != joint)
+    robot = _moved_by(statement, drives=False)[joint]
+    due = (owner[:, None] != owner) & (joint[:, None] != joint) & (robot[:, None] | robot)
     for one, other, _ in statement.pairs:
         due[one, other] = due[other, one] = False
     excused = np.zeros((len(names), len(names)), dtype=np.bool_)

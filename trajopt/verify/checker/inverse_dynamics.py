@@ -55,7 +55,7 @@ class Masses:
 
 def torques(statement: Statement, masses: Masses, state: State) -> list[Series]:
     """Return the torques or forces of coordinates, together with those of joints that follow, (m,) each."""
-    total = [constant(0.0)] * len(statement.curve.names)
+    total = [constant(0.0)] * state[0].terms[0].low.shape[1]
     motion = [_followed(joint, state) for joint in statement.joints]
     needed = _of_joints(statement.joints, masses, motion)
     for joint, own, rotor, state_of in zip(statement.joints, needed, masses.rotors, motion, strict=True):

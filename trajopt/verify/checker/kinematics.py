@@ -11,9 +11,9 @@ from motion import motion_on
 from numpy.typing import NDArray
 from statement import FixedPlace, StatedJoint, Statement
 
-SAFE = 1.0 + 1e-12
+SAFE = 1.0 + 1e-11
 """Covers the rounding of sums and products of numbers that are not negative: each joint of a chain adds fewer
-than 20 operations with a relative error of 1.2e-16, and there are at most 200 joints.
+than 20 operations with a relative error of 1.2e-16, and there are at most 1,000 joints.
 """
 
 Rows = NDArray[np.int64]
@@ -48,7 +48,7 @@ class GridKinematics:
     def __init__(self, statement: Statement, grid: Floats) -> None:
         """Place all joints."""
         self.statement, self.grid = statement, grid
-        self.motion = motion_on(statement.curve, grid)
+        self.motion = motion_on(statement, grid)
         count, joints = len(grid), statement.joints
         turns = [Interval(*(np.broadcast_to(np.eye(3), (count, 3, 3)),) * 2)]
         origins = [Interval(*(np.zeros((count, 3)),) * 2)]

@@ -55,14 +55,16 @@ def _jumps(statement: Statement, arm: GridKinematics, joint: StatedJoint) -> Ite
 
 
 def _ends(statement: Statement, arm: GridKinematics) -> Iterator[str]:
-    ends, motion = statement.ends, arm.motion
-    if not _within(motion.positions[0], ends.positions, ends.tolerance):
+    ends, motion, own = statement.ends, arm.motion, slice(len(statement.curve.names))
+    if not _within(motion.positions[0, own], ends.positions, ends.tolerance):
         yield "the motion does not start where it must"
-    if not _within(motion.velocities[0], ends.velocities, ends.speed):
+    if not _within(motion.velocities[0, own], ends.velocities, ends.speed):
         yield "the motion does not start with the velocity that is stated"
-    if ends.accelerations.any() and not _within(motion.accelerations[0][0], ends.accelerations, ends.speed):
+    if ends.accelerations.any() and not _within(
+        motion.accelerations[0][0, own], ends.accelerations, ends.speed
+    ):
         yield "the motion does not start with the acceleration that is stated"
-    if ends.rests and not _within(motion.velocities[-1], np.zeros_like(ends.velocities), ends.speed):
+    if ends.rests and not _within(motion.velocities[-1, own], np.zeros_like(ends.velocities), ends.speed):
         yield "the motion does not end at rest"
 
 

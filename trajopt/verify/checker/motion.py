@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from intervals import Floats, Interval, exactly, joined
-from statement import HermiteCurve
+from statement import HermiteCurve, Statement
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,26 +26,31 @@ class GridMotion:
     accelerations: tuple[Interval, Interval]
 
 
-def motion_on(curve: HermiteCurve, grid: Floats) -> GridMotion:
-    """Bound a motion in the cells of a grid that has all its knots.
+def motion_on(statement: Statement, grid: Floats) -> GridMotion:
+    """Bound all coordinates in the cells of a grid that has all knots.
 
     A polynomial lies between its smallest and its largest Bernstein coefficient. Source: Farouki, The
     Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
     """
+    parts = [_on(curve, grid) for curve in (statement.curve, *statement.drives)]
+    positions, velocities, begins, ends, *bounds = map(_beside, zip(*parts, strict=True))
+    return GridMotion(positions, velocities, tuple(bounds), (begins, ends))
+
+
+def _beside(parts: tuple[Interval, ...]) -> Interval:
+    return Interval(np.hstack([part.low for part in parts]), np.hstack([part.high for part in parts]))
+
+
+def _on(curve: HermiteCurve, grid: Floats) -> list[Interval]:
+    """Bound positions and velocities at the grid, accelerations at the ends of cells, and all within."""
     piece = np.searchsorted(curve.times, grid[:-1], side="right") - 1
     length = _lengths(curve)[piece]
     begin, end = (
         (exactly(side[:, None]) - exactly(curve.times[piece][:, None])) / length
         for side in (grid[:-1], grid[1:])
     )
-    orders = _bernstein(curve)
-    cells = [_restricted([each[piece] for each in order], begin, end) for order in orders]
-    return GridMotion(
-        _at_grid(cells[0], curve.values[0][-1]),
-        _at_grid(cells[1], curve.values[1][-1]),
-        tuple(_hull(cell) for cell in cells),
-        (cells[2][0], cells[2][-1]),
-    )
+    cells = [_restricted([each[piece] for each in order], begin, end) for order in _bernstein(curve)]
+    return [_at_grid(cells[0]), _at_grid(cells[1]), cells[2][0], cells[2][-1], *map(_hull, cells)]
 
 
 def _lengths(curve: HermiteCurve) -> Interval:
@@ -98,6 +103,9 @@ def _hull(coefficients: list[Interval]) -> Interval:
     return Interval(every.low.min(axis=0), every.high.max(axis=0))
 
 
-def _at_grid(cells: list[Interval], last: Floats) -> Interval:
-    """Return values at the grid: the first coefficient of each cell, and those at the end."""
-    return Interval(np.vstack((cells[0].low, last)), np.vstack((cells[0].high, last)))
+def _at_grid(cells: list[Interval]) -> Interval:
+    """Return values at the grid: those before and after each time, which may differ in drives."""
+    begin, end = cells[0], cells[-1]
+    low = np.vstack((begin.low, end.low[-1])), np.vstack((begin.low[0], end.low))
+    high = np.vstack((begin.high, end.high[-1])), np.vstack((begin.high[0], end.high))
+    return Interval(np.minimum(*low), np.maximum(*high))

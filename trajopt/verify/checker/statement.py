@@ -11,7 +11,7 @@ from intervals import Floats
 from reading import Fields, Malformed, Reader
 from shapes import Shape, read_shape
 
-MOST_JOINTS = 200
+MOST_JOINTS = 1_000
 MOST_PARTS = 5_000
 MOST_KNOTS = 20_000
 
@@ -64,13 +64,31 @@ class HermiteCurve:
     """The coordinates over time: Hermite interpolants between knots, cubic without accelerations.
 
     Attributes:
-        times: Of the k knots, increasing from 0, shape (k,) [s].
+        times: Of the k knots, from 0, shape (k,) [s]. Drives may have one twice: before and after a jump.
         values: Positions, velocities and, of quintics, accelerations, each of shape (k, n).
     """
 
     names: list[str]
     times: Floats
     values: list[Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """An object that is not always there, or is only near its place.
+
+    Attributes:
+        owner: The object.
+        appears: Start of its existence [s].
+        expires: End of it [s].
+        error: Radius r [m], velocity v [m/s] and acceleration a [m/s^2]: at time t no point of it is farther
+            than r + v t + a t^2 / 2 from its place.
+    """
+
+    owner: str
+    appears: float
+    expires: float
+    error: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +124,10 @@ class Statement:
     """Everything that a proof states.
 
     Attributes:
+        drives: Coordinates that follow time whatever the robot does, numbered after those of the curve.
         joints: The joints, each after its parent; joint number i is at i - 1.
         excess: By how much limits and tolerances may be exceeded: of positions absolute or relative to the
-            limit, the larger; of rates relative; of requirements absolute.
+            limit, the larger; of rates and torques relative; of requirements absolute.
         pairs: Two parts and the clearance that they keep [m].
         excused: Two owners that need not keep apart, and the reason.
         judged: Sentences on facts that were judged, but are not part of the proof.
@@ -116,10 +135,12 @@ class Statement:
 
     title: str
     curve: HermiteCurve
+    drives: list[HermiteCurve]
     joints: list[StatedJoint]
     ends: EndStates
     excess: float
     parts: list[ConvexPart]
+    changes: list[Change]
     pairs: list[tuple[int, int, float]]
     excused: list[tuple[str, str, str]]
     requirements: list[Fields]
@@ -129,24 +150,33 @@ class Statement:
 def read_statement(value: Fields) -> Statement:
     """Read a statement."""
     curve = _curve("motion", value.get("motion"))
+    drives = take.every(_curve, MOST_JOINTS)
+    driven = sum(len(each.names) for each in drives("drives", value.get("drives")))
     count, joints = len(curve.names), len(take.items("joints", value.get("joints"), MOST_JOINTS))
     part = take.below(len(take.items("parts", value.get("parts"), MOST_PARTS)))
     read = _record_of(
         Statement,
         title=take.text,
         motion=_curve,
-        joints=take.every(_joint(count, joints)),
+        drives=drives,
+        joints=take.every(_joint(count + driven, joints)),
         ends=_ends(count),
         excess=take.size,
         parts=take.every(_record_of(ConvexPart, owner=take.text, place=place_in(joints), shape=read_shape)),
+        changes=take.every(_change),
         pairs=take.every(take.row(part, part, take.size)),
         excused=take.every(take.row(take.text, take.text, take.text)),
         requirements=take.every(take.mapping),
         judged=take.every(take.text),
     )
     found: Statement = read("statement", value)
+    late = any(each.times[-1] < curve.times[-1] for each in found.drives)
+    if late or not (np.diff(curve.times) > 0.0).all():
+        raise Malformed("the times of the motion must increase, and drives must last until its end")
     if any(joint.place.joint > at for at, joint in enumerate(found.joints)):
         raise Malformed("a joint must come after its parent")
+    if any(joint.coordinate >= count and np.isfinite(joint.jerk) for joint in found.joints):
+        raise Malformed("a joint that follows time cannot have a limit of jerk")
     return found
 
 
@@ -168,11 +198,18 @@ def _curve(where: str, value: object) -> HermiteCurve:
         value,
         {"coordinates": take.every(take.text, MOST_JOINTS), "times": take.numbers(None), "values": table},
     )
-    if not 2 <= len(times) <= MOST_KNOTS or times[0] != 0.0 or not (np.diff(times) > 0.0).all():
+    if not 2 <= len(times) <= MOST_KNOTS or times[0] != 0.0 or not (np.diff(times) >= 0.0).all():
         raise Malformed(f"the times of {where} must increase from 0, and be 2 to {MOST_KNOTS}")
     if len(values) < 2 or any(each.shape != (len(times), len(names)) for each in values):
         raise Malformed(f"{where} needs positions and velocities of each coordinate at each time")
     return HermiteCurve(names, times, values)
+
+
+def _change(where: str, value: object) -> Change:
+    never = take.unless_null(take.number, -np.inf), take.unless_null(take.number, np.inf)
+    size_of = take.row(take.size, take.size, take.size)
+    owner, appears, expires, error = take.row(take.text, *never, size_of)(where, value)
+    return Change(owner, appears, expires, np.array(error))
 
 
 def _joint(coordinates: int, joints: int) -> Reader:

@@ -74,7 +74,11 @@ def _taken(data: bytes, offset: int, kind: str, count: int) -> NDArray[Any]:
 def _grid(inner: Floats, statement: Statement) -> Floats:
     if not ((inner > 0.0) & (inner < statement.curve.times[-1])).all():
         raise Malformed("a time of the witness is not within the motion")
-    grid = np.unique(np.concatenate((statement.curve.times, inner)))
+    driven = [
+        drive.times[(drive.times > 0.0) & (drive.times < statement.curve.times[-1])]
+        for drive in statement.drives
+    ]
+    grid = np.unique(np.concatenate((statement.curve.times, inner, *driven)))
     if len(grid) > MOST_CELLS or len(grid) * (1 + len(statement.joints)) > MOST_PLACES:
         raise Malformed("the witness has too many times")
     return grid

@@ -1,0 +1,113 @@
+"""Pairs of convex parts that a proof is about."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.files.proof.parts import ConvexPart, convex_part
+from trajopt.scene.track import ALWAYS, Timing
+from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.verify.kernel.motion import JudgedMotion, TimedMotion
+from trajopt.verify.kernel.pair_distances import required_clearances
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Pairs of convex parts that a proof is about.
+
+    Attributes:
+        pairs: Two of them in each row, shape (p, 2).
+        required: Clearance of each pair, shape (p,) [m].
+        excused: Two owners, and the reason why they need not keep apart.
+        changes: Objects that are not always there, or only near their place.
+        knots: Times within the motion at which their velocities may jump [s].
+        first_driven: The first joint that carries them.
+    """
+
+    parts: tuple[ConvexPart, ...]
+    pairs: Ints
+    required: Floats
+    excused: tuple[tuple[str, str, str], ...]
+    changes: Mapping[str, Timing]
+    knots: Floats
+    first_driven: int
+
+    @property
+    def driven(self) -> Bools:
+        """Whether a part of a pair follows time, shape (p,)."""
+        joints = np.array([part.body.joint for part in self.parts], dtype=np.int64)
+        return np.any(joints[self.pairs] >= self.first_driven, axis=1)
+
+    @property
+    def growth(self) -> Floats:
+        """Errors of both parts of each pair: radius, velocity and acceleration, shape (p, 3)."""
+        error = [np.zeros(3) if timing.motion is None else timing.motion.error for timing in self.timings]
+        return np.array(error).reshape(-1, 3)[self.pairs].sum(axis=1)
+
+    @property
+    def present(self) -> Floats:
+        """Start and end of the time in which both parts of each pair are there, shape (p, 2) [s]."""
+        appears = np.array([timing.appears for timing in self.timings])[self.pairs].max(axis=1)
+        expires = np.array([timing.expires for timing in self.timings])[self.pairs].min(axis=1)
+        return np.stack((appears, expires), axis=1)
+
+    @property
+    def timings(self) -> list[Timing]:
+        """Existence and motion of each part's owner."""
+        return [self.changes.get(part.body.owner, ALWAYS) for part in self.parts]
+
+    def excusing(self, lost: Collection[int], reason: str) -> "Pairs":
+        gone = {_owners(self.parts, *self.pairs[pair].tolist()) for pair in lost}
+        kept = [_owners(self.parts, one, other) not in gone for one, other in self.pairs.tolist()]
+        excused = tuple((min(owners), max(owners), reason) for owners in gone)
+        pairs, required = self.pairs[kept], self.required[kept]
+        return replace(self, pairs=pairs, required=required, excused=self.excused + excused)
+
+
+def proven_pairs(motion: JudgedMotion) -> Pairs:
+    """Return the convex parts of a model and their pairs, and the pairs of owners that are excused."""
+    among, own = motion.among, int(motion.reduced.model.njoints)
+    reduced, timed = among.reduced, among.timed if isinstance(among, TimedMotion) else None
+    times = timed.driven.times if timed is not None and timed.driven.names else np.zeros(0)
+    found = [convex_part(body) for body in reduced.bodies]
+    place = np.cumsum([part is not None for part in found]) - 1
+    parts = tuple(part for part in found if part is not None)
+    windows = {pair for pair, _ in reduced.pairs.allowances}
+    required = required_clearances(reduced)
+    rows: list[tuple[int, int]] = []
+    levels: list[float] = []
+    excused: dict[frozenset[str], str] = {}
+    listed: set[frozenset[str]] = set()
+    for pair, (one, other) in enumerate(zip(reduced.pairs.first, reduced.pairs.second, strict=True)):
+        bodies = found[int(one)], found[int(other)]
+        owners = frozenset(reduced.owners(pair))
+        listed.add(owners)
+        if pair in windows:
+            excused[owners] = "contact is accepted for a time, which was judged and is not part of this proof"
+        elif any(part is not None and part.is_half_space and part.body.joint for part in bodies):
+            excused[owners] = "a half-space moves, which was judged and is not part of this proof"
+        elif None not in bodies:
+            rows.append((int(place[one]), int(place[other])))
+            levels.append(float(required[pair]))
+    for one, first in enumerate(parts):
+        for second in parts[one + 1 :]:
+            owners = frozenset((first.body.owner, second.body.owner))
+            joints = first.body.joint, second.body.joint
+            moves = joints[0] != joints[1] and any(0 < joint < own for joint in joints)
+            if moves and len(owners) == 2 and owners not in listed:
+                excused[owners] = "the scene accepts their contact"
+    kept = [row for row, (one, other) in enumerate(rows) if _owners(parts, one, other) not in excused]
+    return Pairs(
+        parts,
+        np.array(rows, dtype=np.int64).reshape(-1, 2)[kept],
+        np.array(levels, dtype=np.float64)[kept],
+        tuple((min(owners), max(owners), reason) for owners, reason in excused.items()),
+        {} if timed is None else timed.timings,
+        times[(times > 0.0) & (times < motion.duration)],
+        own,
+    )
+
+
+def _owners(parts: Sequence[ConvexPart], one: int, other: int) -> frozenset[str]:
+    return frozenset((parts[one].body.owner, parts[other].body.owner))
