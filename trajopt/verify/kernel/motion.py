@@ -247,6 +247,7 @@ class TimedMotion(JudgedMotion):
 
     @property
     def duration(self) -> float:
+        """Duration of the trajectory and of the rest after it [s]."""
         return self.trajectory.duration + self.staying
 
     @property
@@ -255,6 +256,7 @@ class TimedMotion(JudgedMotion):
         return False
 
     def between(self, begin: float, end: float) -> "TimedMotion":
+        """Return the part between two times [s], with its own time starting at 0."""
         return TimedMotion(
             self.timed,
             self.trajectory.between(begin, end),
@@ -264,9 +266,11 @@ class TimedMotion(JudgedMotion):
         )
 
     def positions(self, times: Floats) -> Floats:
+        """Return positions of the robot's and of the dynamic obstacles' joints at times, (c,) -> (c, n)."""
         return self.timed.positions(self.trajectory(times), times + self.clock)
 
     def poses(self, times: Floats) -> Poses:
+        """Compute placements of all joint frames at times (c,)."""
         return replace(self.kinematics.poses(self.positions(times)), times=times + self.clock)
 
 
