@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.test_commands import common, folder, trajopt
+from tests.files.log.read_mcap import read
 from tests.viewer.test_viewer import free_port
 
 __all__ = ["folder"]
@@ -41,6 +42,16 @@ def test_a_run_is_shown_recorded_and_looked_at_again(folder: Path, tmp_path: Pat
     assert json.loads(record.read_text())["format"] == "trajopt recording"
     seen = trajopt("view", record, "--port", port, "--seconds", "0.1", "--json")
     assert seen.returncode == 0 and json.loads(seen.stdout)["url"].startswith("http"), seen.stderr
+
+
+def test_a_run_is_recorded_as_a_log(folder: Path, tmp_path: Path) -> None:
+    pytest.importorskip("mcap", reason="the extra `mcap` is not installed")
+    done = trajopt("run", *common(folder), "--record", tmp_path / "run.mcap", "--surprises", "random:3")
+    assert done.returncode in {0, 1}, done.stderr
+    topics = read(tmp_path / "run.mcap")
+    assert {"/joint_states", "/tf", "/scene", "/events", "/plan", "/committed"} == set(topics)
+    events = [message["message"] for _, message in topics["/events"]]
+    assert any("world changed" in words for words in events) and len(topics["/scene"]) > 1
 
 
 def test_a_recording_that_names_no_robot_needs_one(folder: Path, tmp_path: Path) -> None:
