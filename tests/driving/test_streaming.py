@@ -40,7 +40,9 @@ class Controller:
 
 
 def executor(clock: Clock, controller: Controller, *, lag: float = 0.0) -> StreamingExecutor:
-    arm = StreamingExecutor(controller, JOINTS, tolerance=1e-6, period=0.01, lag=lag, clock=clock)
+    arm = StreamingExecutor(
+        controller, JOINTS, tolerance=1e-6, period=0.01, lag=lag, silence=0.5, clock=clock
+    )
     clock.drive(arm)
     return arm
 
@@ -104,6 +106,33 @@ def test_a_loop_that_ended_is_a_fault() -> None:
     assert arm.fault() == ""
     clock.wait(0.2)
     assert arm.fault() == "the loop of the driver has not run for 0.60 s"
+
+
+def test_a_motion_does_not_jump_after_a_loop_that_stood_still() -> None:
+    clock = Clock()
+    arm = executor(clock, controller := Controller(clock))
+    assert arm.splice(swing(), clock.time + 0.1) == ""
+    clock.wait(0.5)
+    tick, clock.tick = clock.tick, lambda: None
+    clock.wait(0.6)
+    last, clock.tick = controller.commands[-1], tick
+    clock.wait(0.1)
+    assert np.abs(np.diff(controller.commands, axis=0)).max() < 3e-3
+    np.testing.assert_array_equal(controller.commands[-1], last)
+    assert arm.fault().startswith("the loop of the driver has not run for 0.6")
+    arm.clear_fault()
+    clock.wait(0.1)
+    np.testing.assert_allclose(controller.commands[-1], last, atol=1e-9)
+
+
+def test_at_rest_a_loop_may_stand_still() -> None:
+    clock = Clock()
+    arm = executor(clock, Controller(clock))
+    tick, clock.tick = clock.tick, lambda: None
+    clock.wait(0.6)
+    clock.tick = tick
+    clock.wait(0.02)
+    assert arm.fault() == ""
 
 
 def test_a_thread_ticks_within_a_block_and_stops_the_robot_after_it() -> None:

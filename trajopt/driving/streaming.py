@@ -63,7 +63,7 @@ class StreamingExecutor:
         tolerance: float | Floats,
         period: float,
         lag: float = 0.0,
-        silence: float = 0.5,
+        silence: float = 0.2,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Take over a robot at rest.
@@ -73,7 +73,8 @@ class StreamingExecutor:
                 `conformance` reports a tolerance that is too small.
             period: Time between commands [s].
             lag: Time by which the positions are behind the commands, in addition to a period [s].
-            silence: Longest time without a tick before a fault is reported [s].
+            silence: Longest time without a tick before a fault is reported [s]; a motion does not go on
+                after it, because the robot would jump.
             clock: Returns the time, uniformly [s].
 
         Raises:
@@ -96,7 +97,7 @@ class StreamingExecutor:
         self._thread: Thread | None
         self._measured = self._measure()
         self.committed = CommittedMotion(joint_names, self._measured[0])
-        self._ticked = clock()
+        self._sent, self._ticked = self._measured[0], clock()
         self._stamp = self._ticked
 
     def now(self) -> float:
@@ -132,8 +133,12 @@ class StreamingExecutor:
                     # The positions show the last command, not the next one.
                     self._measured, self._stamp = measured, self._ticked - self._lag
                     positions, velocities, _ = self.committed(now)
+                # After a pause the motion is elsewhere, and the robot would jump.
+                if (np.abs(positions - self._sent) > self.tolerance).any():
+                    self._failure = self._failure or self._silent(now)
                 if not self._failure and not self._controller.error():
                     self._controller.command(positions, velocities)
+                    self._sent = positions
             except Exception as error:
                 self._failure = _words(error)
             self._ticked = now
@@ -151,10 +156,7 @@ class StreamingExecutor:
         """Return the reason why the robot does not follow."""
         if self._failure:
             return self._failure
-        silent = self.now() - self._ticked
-        if silent > self._silence:
-            return f"the loop of the driver has not run for {silent:.2f} s"
-        return self._controller.error()
+        return self._silent(self.now()) or self._controller.error()
 
     def clear_fault(self) -> None:
         """Go on from the present position.
@@ -166,7 +168,7 @@ class StreamingExecutor:
             self._controller.reset()
             self._measured = self._measure()
             self.committed = CommittedMotion(self.joint_names, self._measured[0])
-            self._failure, self._ticked = "", self.now()
+            self._failure, self._sent, self._ticked = "", self._measured[0], self.now()
             self._stamp = self._ticked
 
     def __enter__(self) -> Self:
@@ -190,6 +192,10 @@ class StreamingExecutor:
         while not self._ended.wait(max(due - time.monotonic(), 0.0)):
             self.tick()
             due = max(due + self.period, time.monotonic())
+
+    def _silent(self, now: float) -> str:
+        silent = now - self._ticked
+        return f"the loop of the driver has not run for {silent:.2f} s" if silent > self._silence else ""
 
     def _measure(self) -> tuple[Floats, Floats]:
         positions, velocities = self._controller.measured()
