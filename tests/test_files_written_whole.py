@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from trajopt.files.bundle.members import Archive, write_archive
+from trajopt.files.bundle.containers import Archive, write_archive
 from trajopt.values.documents.document import write_text
 from trajopt.values.errors import FileFormatError
 

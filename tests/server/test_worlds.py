@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.files.bundle.message import message_of
+from trajopt.files.bundle.containers import message_of
 from trajopt.server import Answer, RequestRefused, SessionState, Watch
 from trajopt.server.move_group.functions import Settings
 from trajopt.server.operations import OPERATIONS

@@ -7,9 +7,9 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
+from trajopt.scene.scene_object import uniform_inertia
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape, bounding_box, convex
-from trajopt.values.shapes.uniform_inertia import uniform_inertia
 
 CUBES = 80
 """Along the longest edge of a shape's box."""

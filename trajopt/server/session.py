@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import msgspec
 
 from trajopt.files.bundle.codec import fingerprint
-from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.files.bundle.containers import message_of, value_of_message
 from trajopt.scene.scene import Scene
 from trajopt.server.job import Assignment, Job
 from trajopt.server.limits import Limits, RequestRefused, Why

@@ -11,7 +11,7 @@ import numpy as np
 
 from trajopt.driving import Event, EventKind
 from trajopt.driving.recording import Logbook, RecordedMoment, Watched
-from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.files.bundle.containers import message_of, value_of_message
 from trajopt.geometry import JointPlacements
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import trajopt as to
-from trajopt.files.bundle.members import digest
+from trajopt.files.bundle.containers import digest
 from trajopt.planning import Result
 
 

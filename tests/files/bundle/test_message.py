@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.files.bundle.containers import message_of, value_of_message
 from trajopt.planning.result import Result
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import FileFormatError

@@ -14,7 +14,7 @@ from trajopt.lab.perception import (
     Workspace,
     perceive,
 )
-from trajopt.lab.perception.robot_mask import RobotMask
+from trajopt.lab.perception.perceive import RobotMask
 from trajopt.values.errors import (
     FrameNotFound,
     ModelError,

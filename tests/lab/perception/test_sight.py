@@ -6,7 +6,7 @@ import pytest
 import trajopt as to
 from tests.lab.perception.scenes import AT, CAN, FRONT, ROBOT, TABLE, camera_over, image
 from trajopt.lab.perception import DepthImage, DepthNoise, Sensing, Workspace, perceive, with_unseen
-from trajopt.lab.perception.robot_mask import RobotMask
+from trajopt.lab.perception.perceive import RobotMask
 from trajopt.values.errors import ProblemError, SizeError
 
 

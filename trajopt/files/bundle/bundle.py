@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from trajopt.files.bundle.codec import BundleReader, BundleWriter
-from trajopt.files.bundle.members import (
+from trajopt.files.bundle.containers import (
     LARGEST,
     LARGEST_DOCUMENT,
     Archive,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from trajopt.files.bundle.bundle import named_members
 from trajopt.files.bundle.codec import ArrayOf, BundleReader, BundleWriter, FileOf
-from trajopt.files.bundle.members import LARGEST, Archive, Members, array_bytes, write_archive
+from trajopt.files.bundle.containers import LARGEST, Archive, Members, array_bytes, write_archive
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene

@@ -30,13 +30,14 @@ from trajopt.problem.requirements import Requirement, joint_positions
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.group_state import (
     GroupBase,
+    GroupConstraints,
     GroupSettings,
     GroupState,
+    GroupTargets,
     PoseTarget,
     TargetKind,
     goal_constraints,
 )
-from trajopt.ros.commander.group_targets import GroupConstraints, GroupTargets
 from trajopt.ros.commander.robot_states import link_names, problem_of, state_positions
 from trajopt.ros.commander.world import World
 from trajopt.scene.reduced import ReducedModel

@@ -7,7 +7,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 
 from trajopt.driving import Executor
 from trajopt.driving.soonest_stop import StopTaken
-from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.files.bundle.containers import message_of, value_of_message
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.server.client import Client, ServerError

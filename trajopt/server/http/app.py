@@ -18,7 +18,12 @@ from starlette.exceptions import HTTPException
 from starlette.types import Receive, Scope, Send
 
 from trajopt.server.http.answers import (
+    BYTES,
+    JSON,
     STATUS,
+    HttpOptions,
+    Intake,
+    RequestGuard,
     answered,
     body_of,
     json_bytes,
@@ -27,7 +32,6 @@ from trajopt.server.http.answers import (
     robot_document,
     streamed,
 )
-from trajopt.server.http.guard import BYTES, JSON, HttpOptions, Intake, RequestGuard
 from trajopt.server.job import Cancellation, Done
 from trajopt.server.limits import RequestRefused, Why, memory_used
 from trajopt.server.operation import Lane, Operation

@@ -10,8 +10,8 @@ from typing import Any, cast
 import uvicorn
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from trajopt.server.http.answers import HttpOptions
 from trajopt.server.http.app import Metrics, http_app
-from trajopt.server.http.guard import HttpOptions
 from trajopt.server.service import Service
 
 LARGEST_HEAD = 16 * 1024

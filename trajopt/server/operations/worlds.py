@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 
 from trajopt.driving import SimulatedExecutor
 from trajopt.files.bundle.codec import request_kinds
-from trajopt.files.bundle.message import message_of, value_of_message
+from trajopt.files.bundle.containers import message_of, value_of_message
 from trajopt.planning.budget import Budget
 from trajopt.problem.problem import Problem
 from trajopt.scene.reducing import reduce_model

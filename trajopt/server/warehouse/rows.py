@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from trajopt.files.bundle.bundle import DESCRIPTION, bundle_members, bundle_of, value_members, value_of
-from trajopt.files.bundle.members import LARGEST, MOST_MEMBERS, Members, digest, is_plain
+from trajopt.files.bundle.containers import LARGEST, MOST_MEMBERS, Members, digest, is_plain
 from trajopt.planning.result import Plan, Result
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot

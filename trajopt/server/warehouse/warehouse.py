@@ -13,7 +13,7 @@ import numpy as np
 
 from trajopt.files.bundle import Bundle
 from trajopt.files.bundle.bundle import bundle_of
-from trajopt.files.bundle.members import Archive, write_archive
+from trajopt.files.bundle.containers import Archive, write_archive
 from trajopt.planning.experience import Experience, Memory
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
