@@ -138,6 +138,25 @@ def test_actions_that_are_not_numbers_stop_the_robot(panda: to.Robot) -> None:
     assert guarded.observe()["motor3.pos"] == pytest.approx(begin["motor3.pos"])
 
 
+def test_after_a_fault_another_guard_goes_on(panda: to.Robot) -> None:
+    clock, arm, controller, executor = connected(panda)
+    scene = to.Scene(panda)
+    guarded = GuardedArm(controller, Guard(scene, GROUP, executor), fps=FPS)
+    begin = guarded.observe()
+    still = {name: begin[name] for name in arm.motors}
+    executor.stop()
+    clock.wait(0.1)
+    guarded.send(still)
+    assert guarded.decision is not None and guarded.decision.outcome is ActionOutcome.STOPPED
+    assert "does not follow" in guarded.decision.reason
+    executor.clear_fault()
+    again = GuardedArm(controller, Guard(scene, GROUP, executor), fps=FPS)
+    again.send({**still, "motor0.pos": still["motor0.pos"] + 0.1})
+    assert again.decision is not None and again.decision.outcome is ActionOutcome.AS_GIVEN
+    clock.wait(0.5)
+    assert again.observe()["motor0.pos"] == pytest.approx(still["motor0.pos"] + 0.1, abs=0.01)
+
+
 def test_missing_features_and_joints_are_named(panda: to.Robot) -> None:
     clock, arm, controller, executor = connected(panda)
     with pytest.raises(NameNotFound, match=r"motr0.pos.*motor0.pos"):
