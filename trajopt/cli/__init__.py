@@ -15,6 +15,7 @@ BAD_INPUT = 2
 COMMANDS: Mapping[str, str] = {
     "demo": "demo",
     "plan": "plan",
+    "task": "task",
     "check": "motions",
     "prove": "motions",
     "simulate": "simulate",

@@ -20,3 +20,4 @@ from trajopt.tasks.jobs.stages import SetGripper as SetGripper
 from trajopt.tasks.jobs.stages import duration as duration
 from trajopt.tasks.jobs.stages import joint_travel as joint_travel
 from trajopt.tasks.jobs.task import Task as Task
+from trajopt.tasks.jobs.written import read_task as read_task

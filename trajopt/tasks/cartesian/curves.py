@@ -348,7 +348,7 @@ def read_poses(
         poses = _read_csv(Path(path), fixed, degrees=degrees)
     else:
         listed = read_document(path).only(("poses",))["poses"]
-        poses = [_pose(node, fixed, degrees=degrees) for node in listed.elements()]
+        poses = [pose_of(node, fixed, degrees=degrees) for node in listed.elements()]
     if len(poses) < 2:
         raise FileFormatError(str(path), f"has {len(poses)} poses; a curve needs at least two")
     return tuple(poses)
@@ -379,7 +379,7 @@ def _read_csv(path: Path, fixed: Floats, *, degrees: bool) -> list[Placement]:
     return poses
 
 
-def _pose(node: Node, fixed: Floats, *, degrees: bool) -> Placement:
+def pose_of(node: Node, fixed: Floats, *, degrees: bool) -> Placement:
     node.only(("position", "quaternion", "rpy"))
     turned = QUATERNION if node.has("quaternion") else RPY if node.has("rpy") else ()
     numbers = node["quaternion" if node.has("quaternion") else "rpy"].numbers()

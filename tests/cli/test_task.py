@@ -1,0 +1,129 @@
+"""`trajopt task`: a job in YAML is checked, planned and exported; mistakes are one line."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import trajopt as to
+from trajopt.cli import app_for
+from trajopt.tasks import read_task
+from trajopt.values.errors import FileFormatError, ProblemError
+
+JOB = """
+group: panda_arm
+start: ready
+stages:
+  - move_to: {position: [0.5, 0.2, 0.3], rpy: [3.14159265, 0, 0]}
+    name: above
+  - dwell: 0.2
+  - any_order:
+      - [{move_to: {position: [0.5, 0.0, 0.3], rpy: [3.14159265, 0, 0]}, name: middle}, {dwell: 0.1}]
+      - move_to: {position: [0.5, -0.2, 0.3], rpy: [3.14159265, 0, 0]}
+        name: right
+    then: ready
+  - follow: panda_hand_tcp
+    poses:
+      - {position: [0.4, 0.1, 0.3], rpy: [3.14159265, 0, 0]}
+      - {position: [0.5, 0.1, 0.3], rpy: [3.14159265, 0, 0]}
+    speed: 0.1
+    off: 0.05
+  - move_to: {panda_joint1: 0.3}
+    name: turn
+"""
+HANDLING = """
+start: ready
+group: panda_arm
+blend: 0.03
+stages:
+  - pick: cup
+  - place: cup
+    at: {position: [0.5, 0.25, 0.06]}
+  - move_object: door
+    to: {position: [0.0, 0.9, 0.3]}
+    seconds: 1
+  - one_of: [[{move_to: ready}, {dwell: 1}], {move_to: extended}]
+  - fallback: [{move_to: ready}]
+  - gripper: 0.01
+  - attach: door
+    link: panda_hand_tcp
+  - detach: door
+"""
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(app_for(["task"]), ["task", *map(str, words)])
+
+
+@pytest.fixture
+def job(tmp_path: Path) -> Path:
+    path = tmp_path / "job.yaml"
+    path.write_text(JOB)
+    return path
+
+
+def test_a_job_is_planned_with_its_cycle_times(job: Path, tmp_path: Path) -> None:
+    out = tmp_path / "result.json"
+    done = run("plan", job, "--robot", "panda", "--out", out)
+    assert done.exit_code == 0, done.output
+    for stage in ("above", "dwell", "middle", "right", "follow: retract", "turn"):
+        assert stage in done.output
+    assert json.loads(out.read_text())["verified"] is True
+
+
+def test_a_job_is_checked_without_planning(job: Path) -> None:
+    done = run("check", job, "--robot", "panda")
+    assert done.output.split("\n")[:-1] == ["above", "dwell", "any order", "follow", "turn"]
+    assert json.loads(run("check", job, "--robot", "panda", "--json").output)[0] == "above"
+
+
+def test_a_job_is_exported_as_one_motion(job: Path, tmp_path: Path) -> None:
+    out = tmp_path / "job.csv"
+    done = run("export", job, "--robot", "panda", "--to", "csv", "--out", out)
+    assert done.exit_code == 0, done.output
+    assert len(out.read_text().splitlines()) > 100
+
+
+def test_a_job_without_a_plan_has_status_one(tmp_path: Path) -> None:
+    path = tmp_path / "far.yaml"
+    path.write_text("start: ready\ngroup: panda_arm\nstages: [{move_to: {position: [3, 0, 0]}, name: far}]")
+    done = run("plan", path, "--robot", "panda")
+    assert done.exit_code == 1
+    assert "NO_INVERSE_KINEMATICS: far: " in done.output
+
+
+def test_every_kind_of_stage_is_read(tmp_path: Path) -> None:
+    scene = (
+        to.Scene(to.load("panda"))
+        .add("cup", to.Cylinder(radius=0.03, length=0.12), to.placement((0.5, -0.2, 0.06)), mass=0.2)
+        .add("door", to.Box(0.1, 0.1, 0.1), to.placement((0.0, -0.9, 0.3)))
+    )
+    path = tmp_path / "job.yaml"
+    path.write_text(HANDLING)
+    task = read_task(path, scene)
+    assert task.blend == 0.03
+    assert task.name == "job"
+    assert [type(stage).__name__ for stage in task.stages] == [
+        *("PickObject", "PlaceObject", "MoveObject", "OneOf", "Fallback"),
+        *("SetGripper", "AttachObject", "DetachObject"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("stage", "words"),
+    [
+        ("{dwel: 1}", r"stages\[0\]: needs one of the keys move_to, dwell"),
+        ("{dwell: 1, goal: ready}", "goal"),
+        ("{move_to: ready, dwell: 1}", "needs one of the keys"),
+        ("{dwell: -1}", r"stages\[0\]: seconds must be positive"),
+        ("{move_to: redy}", "no state of group 'panda_arm' named 'redy'; did you mean 'ready'"),
+        ("{pick: cup}", r"stages\[0\]: no object named 'cup'"),
+        ("{follow: panda_hand_tcp, poses: [{position: [0, 0, 1]}]}", "at least two poses"),
+    ],
+)
+def test_mistakes_name_the_stage(stage: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "job.yaml"
+    path.write_text(f"start: ready\ngroup: panda_arm\nstages: [{stage}]")
+    with pytest.raises((FileFormatError, ProblemError), match=words):
+        read_task(path, to.Scene(to.load("panda")))

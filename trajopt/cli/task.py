@@ -1,0 +1,96 @@
+"""`trajopt task`: check, plan and export a whole job that is written in YAML."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.cli import options
+from trajopt.cli.plan import OptionalScene
+from trajopt.cli.problems import scene_around
+from trajopt.cli.progress import progress_line
+from trajopt.files.export import export as write_motion
+from trajopt.planning.plan import plan as plan_task
+from trajopt.tasks.jobs.result import TaskResult
+from trajopt.tasks.jobs.task import Task
+from trajopt.tasks.jobs.written import read_task
+from trajopt.values.documents.document import write_json
+
+task = typer.Typer(
+    help="Plan a whole job: stages in YAML, in order or in the best order.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+
+JobArgument = Annotated[Path, typer.Argument(help="The job in YAML.")]
+OutOption = Annotated[Path | None, typer.Option("--out", help="Write the result here as JSON.")]
+ImproveOption = Annotated[
+    bool, typer.Option("--improve", help="Optimise path and timing of each motion together.")
+]
+FileOption = Annotated[Path, typer.Option("--out", help="File to write.")]
+ToOption = Annotated[str, typer.Option("--to", help="csv, ros2, ros2-topic, moveit or mcap.")]
+HzOption = Annotated[float | None, typer.Option("--hz", help=r"Samples per second \[1/s].")]
+
+
+def _read(robot: options.RobotSource, job: Path, scene: Path | None) -> Task:
+    around, notes = scene_around(robot, scene, None)
+    for note in notes:
+        typer.echo(f"note: {note}", err=True)
+    return read_task(job, around)
+
+
+def _planned(job: Task, *, improve: bool, seconds: float | None) -> TaskResult:
+    with progress_line() as line:
+        return plan_task(job, improve=improve, seconds=seconds, progress=line.show)
+
+
+@task.command()
+@options.robot_options
+def check(
+    robot: options.RobotSource,
+    job: JobArgument,
+    scene: OptionalScene = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Read a job and check its stages, without planning. Exit status 0 or 2."""
+    names = [stage.name for stage in _read(robot, job, scene).stages]
+    typer.echo(json.dumps(names) if as_json else "\n".join(names))
+
+
+@task.command()
+@options.robot_options
+def plan(
+    robot: options.RobotSource,
+    job: JobArgument,
+    scene: OptionalScene = None,
+    out: OutOption = None,
+    improve: ImproveOption = False,
+    seconds: options.TimeBudgetOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Plan a job and print its cycle times. Exit status 0 verified, 1 no plan, 2 bad input."""
+    result = _planned(_read(robot, job, scene), improve=improve, seconds=seconds)
+    if out is not None:
+        write_json(out, result.as_dict())
+    typer.echo(json.dumps(result.as_dict(), allow_nan=False) if as_json else str(result.explain()))
+    raise typer.Exit(0 if result.verified else 1)
+
+
+@task.command()
+@options.robot_options
+def export(
+    robot: options.RobotSource,
+    job: JobArgument,
+    to: ToOption,
+    out: FileOption,
+    scene: OptionalScene = None,
+    improve: ImproveOption = False,
+    hz: HzOption = None,
+) -> None:
+    """Plan a job and write it as one motion of all moving joints. Exit status 0, 1 no plan, 2 bad input."""
+    result = _planned(_read(robot, job, scene), improve=improve, seconds=None)
+    if not result.verified:
+        typer.echo(str(result.explain()))
+        raise typer.Exit(1)
+    typer.echo(str(write_motion(result.trajectory, out, to=to, hz=hz)))

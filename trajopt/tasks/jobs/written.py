@@ -1,0 +1,160 @@
+"""Tasks in YAML: a list of stages, each a mapping with the kind of the stage as a key."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from trajopt.problem.requirements import follows_curve
+from trajopt.problem.tool_speed import tool_speed
+from trajopt.scene.scene import Scene
+from trajopt.tasks.cartesian.curves import polyline, pose_of, read_poses
+from trajopt.tasks.cartesian.following import Begin, FollowOptions
+from trajopt.tasks.grasping.grasp import Place, grasps_of
+from trajopt.tasks.grasping.gripper import gripper_of
+from trajopt.tasks.jobs.any_order import AnyOrder
+from trajopt.tasks.jobs.search import Stage
+from trajopt.tasks.jobs.stages import (
+    AttachObject,
+    DetachObject,
+    Dwell,
+    Fallback,
+    FollowCurve,
+    MoveObject,
+    MoveTo,
+    OneOf,
+    PickObject,
+    PlaceObject,
+    SetGripper,
+)
+from trajopt.tasks.jobs.task import Task
+from trajopt.values.documents.document import Node, read_document
+from trajopt.values.errors import TrajoptError
+from trajopt.values.placement import Placement, placement
+
+UPRIGHT = placement().rotation
+"""Orientation of a pose without one."""
+
+
+def read_task(path: Path | str, scene: Scene) -> Task:
+    """Read a task from YAML, for a scene.
+
+    The file has `start` and `stages`, and optionally `group`, `blend` and `name`. A pose is a mapping of
+    `position` [m] and optionally `rpy` [rad] or `quaternion`. Each stage is a mapping with one of these keys,
+    and optionally `name`:
+
+    - `move_to`: a state, joint -> position [rad | m], or a pose of the tool,
+    - `dwell` [s], `gripper` (opening [m]), `pick` (an object, with proposed grasps), `place` with `at`,
+    - `attach` with `link`, `detach`, `move_object` with `to` and optionally `seconds`,
+    - `follow` (a frame) with `poses` or `file`, optionally `blend`, `speed` [m/s], `steady`, `off` [m],
+    - `any_order` (optionally with `then`), `one_of` and `fallback`: each item is a stage or a list of stages.
+
+    Raises:
+        FileFormatError: If the file is missing or invalid.
+        ProblemError: If a stage cannot be done.
+    """
+    document = read_document(path)
+    document.only(("start", "stages", "group", "blend", "name"))
+    stages = [_stage(node, scene) for node in document["stages"].elements()]
+    return Task(
+        scene=scene,
+        start=_configuration(document["start"]),
+        stages=stages,
+        group=document["group"].text(default=""),
+        blend=document["blend"].number(default=0.0),
+        name=document["name"].text(default=Path(path).stem),
+    )
+
+
+def _stage(node: Node, scene: Scene) -> Stage:
+    """Read one stage."""
+    kinds = [key for key in node.keys() if key in _READERS]
+    if len(kinds) != 1:
+        keys = ", ".join(node.keys())
+        raise node.error(f"needs one of the keys {', '.join(_READERS)}; has {keys}")
+    others, read = _READERS[kinds[0]]
+    node.only((kinds[0], "name", *others))
+    try:
+        return read(node, node[kinds[0]], scene, node["name"].text(default=""))
+    except TrajoptError as error:
+        if node.path in str(error):
+            raise
+        raise node.error(str(error)) from error
+
+
+def _configuration(node: Node) -> str | Mapping[str, float]:
+    """Read a state or joint positions."""
+    if isinstance(node.value, str):
+        return node.text()
+    return {name: value.number() for name, value in node.members().items()}
+
+
+def _pose(node: Node) -> Placement:
+    return pose_of(node, UPRIGHT, degrees=False)
+
+
+def _move_to(_: Node, goal: Node, scene: Scene, name: str) -> Stage:
+    del scene
+    pose = not isinstance(goal.value, str) and goal.has("position")
+    return MoveTo(_pose(goal) if pose else _configuration(goal), name=name)
+
+
+def _pick(_: Node, picked: Node, scene: Scene, name: str) -> Stage:
+    return PickObject(picked.text(), grasps_of(scene, picked.text(), gripper_of(scene)), name=name)
+
+
+def _place(node: Node, placed: Node, _: Scene, name: str) -> Stage:
+    return PlaceObject(placed.text(), Place(placement=_pose(node["at"])), name=name)
+
+
+def _follow(node: Node, frame: Node, _: Scene, name: str) -> Stage:
+    if node.has("file"):
+        poses = read_poses(Path(node.path).parent / node["file"].text())
+    else:
+        poses = tuple(_pose(item) for item in node["poses"].elements())
+    curve = polyline(poses, blend=node["blend"].number(default=0.0))
+    speeds = ()
+    if node.has("speed"):
+        steady = node["steady"].number(default=np.inf, infinite=True)
+        speeds = (tool_speed(frame.text(), linear=node["speed"].number(), steady=steady),)
+    options = FollowOptions(begin=Begin.ANY_BRANCH, tool_speed=speeds)
+    off = node["off"].number(default=0.0)
+    return FollowCurve(follows_curve(frame.text(), curve), options=options, off=off, name=name)
+
+
+def _items(listed: Node, scene: Scene) -> list[list[Stage]]:
+    return [
+        [_stage(stage, scene) for stage in (item.elements() if isinstance(item.value, list) else [item])]
+        for item in listed.elements()
+    ]
+
+
+def _any_order(node: Node, listed: Node, scene: Scene, name: str) -> Stage:
+    then = _configuration(node["then"]) if node.has("then") else None
+    return AnyOrder(_items(listed, scene), name=name, then=then)
+
+
+def _move_object(node: Node, moved: Node, _: Scene, name: str) -> Stage:
+    seconds = node["seconds"].number(default=0.0)
+    return MoveObject(moved.text(), _pose(node["to"]), seconds=seconds, name=name)
+
+
+Read = Callable[[Node, Node, Scene, str], Stage]
+_READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
+    "move_to": ((), _move_to),
+    "dwell": ((), lambda _, value, __, name: Dwell(value.number(), name=name)),
+    "gripper": ((), lambda _, value, __, name: SetGripper(value.number(), name=name)),
+    "pick": ((), _pick),
+    "place": (("at",), _place),
+    "attach": (
+        ("link",),
+        lambda node, value, _, name: AttachObject(value.text(), node["link"].text(), name=name),
+    ),
+    "detach": ((), lambda _, value, __, name: DetachObject(value.text(), name=name)),
+    "move_object": (("to", "seconds"), _move_object),
+    "follow": (("poses", "file", "speed", "steady", "blend", "off"), _follow),
+    "any_order": (("then",), _any_order),
+    "one_of": ((), lambda _, value, scene, name: OneOf(_items(value, scene), name=name)),
+    "fallback": ((), lambda _, value, scene, name: Fallback(_items(value, scene), name=name)),
+}
+"""Key of each kind of stage -> its other keys, and the function that reads it."""
