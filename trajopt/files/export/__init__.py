@@ -14,8 +14,8 @@ from trajopt.files.export.sampled import JointTrajectory as JointTrajectory
 from trajopt.files.export.sampled import RobotTrajectoryMessage as RobotTrajectoryMessage
 from trajopt.files.export.urscript import Movej as Movej
 from trajopt.files.export.urscript import Servoj as Servoj
+from trajopt.scene import reduced
 from trajopt.scene.planned_robot import Planned, PlannedMotion
-from trajopt.scene.reduced import ReducedModel
 from trajopt.values import arrays
 from trajopt.values.errors import NameNotFound, ProblemError, shown
 from trajopt.values.trajectory import Trajectory
@@ -44,7 +44,7 @@ def exporter_named(name: str) -> Exporter:
 
 
 def export(
-    motion: Trajectory | Planned[ReducedModel],
+    motion: Trajectory | Planned[reduced.ReducedModel],
     path: Path | str,
     *,
     to: Exporter | str,
@@ -80,7 +80,7 @@ def export(
     return exporter.write(plan.trajectory, arrays.path("path", path), hz)
 
 
-def _plan_of(motion: Planned[ReducedModel]) -> PlannedMotion[ReducedModel]:
+def _plan_of(motion: Planned[reduced.ReducedModel]) -> PlannedMotion[reduced.ReducedModel]:
     plan: object = motion.require() if hasattr(motion, "require") else motion
     if isinstance(plan, tuple):
         raise ProblemError(
@@ -90,4 +90,4 @@ def _plan_of(motion: Planned[ReducedModel]) -> PlannedMotion[ReducedModel]:
         raise ProblemError(
             f"export: give a plan, a result that has one, or a trajectory; motion is {shown(motion)}"
         )
-    return cast("PlannedMotion[ReducedModel]", plan)
+    return cast("PlannedMotion[reduced.ReducedModel]", plan)
