@@ -46,7 +46,7 @@ from trajopt.why import explain
 WORKSPACES = {
     "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
     "DynamicObstacles", "WorkCounts", "PlanningWorkspace", "ObstacleContacts", "Player",
-    "Experience", "Guard", "GuardedArm", "LeRobotController", "StreamingExecutor", "UrController",
+    "Events", "Experience", "Guard", "GuardedArm", "LeRobotController", "StreamingExecutor", "UrController",
     "DepthCamera", "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
     "MirrorView", "MoveGroupCommander", "RunPublisher",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",

@@ -380,7 +380,7 @@ def _read_csv(path: Path, fixed: Floats, *, degrees: bool) -> list[Placement]:
 
 
 def pose_of(node: Node, fixed: Floats, *, degrees: bool) -> Placement:
-    """Read a pose: `position` [m], and `quaternion` (x, y, z, w) or `rpy`, else a fixed rotation, shape (3, 3)."""
+    """Read a pose: `position` [m], and `quaternion` (x, y, z, w) or `rpy`, else a fixed rotation (3, 3)."""
     node.only(("position", "quaternion", "rpy"))
     turned = QUATERNION if node.has("quaternion") else RPY if node.has("rpy") else ()
     numbers = node["quaternion" if node.has("quaternion") else "rpy"].numbers()
