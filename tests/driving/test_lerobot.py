@@ -151,9 +151,10 @@ def test_after_a_fault_another_guard_goes_on(panda: to.Robot) -> None:
     assert "does not follow" in guarded.decision.reason
     executor.clear_fault()
     again = GuardedArm(controller, Guard(scene, GROUP, executor), fps=FPS)
-    again.send({**still, "motor0.pos": still["motor0.pos"] + 0.1})
-    assert again.decision is not None and again.decision.outcome is ActionOutcome.AS_GIVEN
-    clock.wait(0.5)
+    for _ in range(20):
+        again.send({**still, "motor0.pos": still["motor0.pos"] + 0.1})
+        assert again.decision is not None and again.decision.outcome is ActionOutcome.AS_GIVEN
+        clock.wait(FRAME)
     assert again.observe()["motor0.pos"] == pytest.approx(still["motor0.pos"] + 0.1, abs=0.01)
 
 
