@@ -14,7 +14,7 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table, write_section
 from trajopt.robot.joints import JointLimits
-from trajopt.tasks import AnyOrder, Dwell, MoveTo, PickObject, PlaceObject, Stage, Task, TaskResult
+from trajopt.tasks import AnyOrder, Dwell, MoveTo, PickObject, PlaceObject, Task, TaskResult, TaskStage
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of, pick_and_place
 from trajopt.tasks.grasping.simulation import Hold, simulate_handling
 from trajopt.tasks.jobs.tour import Tours, travel_time
@@ -72,7 +72,7 @@ class Plate:
         )
         return Plate(scene, group, home, points, goals)
 
-    def measured(self, rule: str, stages: Sequence[Stage]) -> Measured:
+    def measured(self, rule: str, stages: Sequence[TaskStage]) -> Measured:
         """Plan stages and the way home."""
         begin = time.process_time()
         task = Task(scene=self.scene, group=self.group, start=self.home, stages=[*stages, MoveTo(self.home)])

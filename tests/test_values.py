@@ -46,7 +46,8 @@ from trajopt.why import explain
 WORKSPACES = {
     "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
     "DynamicObstacles", "WorkCounts", "PlanningWorkspace", "ObstacleContacts", "Player",
-    "Events", "Experience", "Guard", "GuardedArm", "LeRobotController", "StreamingExecutor", "UrController",
+    "Events", "SessionCalls", "Experience", "Guard", "GuardedArm", "LeRobotController", "StreamingExecutor",
+    "UrController",
     "DepthCamera", "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
     "MirrorView", "MoveGroupCommander", "RunPublisher",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",

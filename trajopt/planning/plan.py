@@ -32,7 +32,7 @@ Outcome_co = TypeVar("Outcome_co", covariant=True)
 
 
 @runtime_checkable
-class Job(Protocol[Outcome_co]):
+class Plannable(Protocol[Outcome_co]):
     """Several motions that are planned together; `trajopt.tasks.Task` is one."""
 
     def planned(
@@ -68,7 +68,7 @@ def plan(
 
 @overload
 def plan(
-    problem: Job[Outcome_co],
+    problem: Plannable[Outcome_co],
     *,
     improve: bool = False,
     seconds: float | None = None,
@@ -81,7 +81,7 @@ def plan(
 
 @named
 def plan(
-    problem: Problem | Job[Outcome_co],
+    problem: Problem | Plannable[Outcome_co],
     *,
     method: Method | str | None = None,
     improve: bool = False,
@@ -132,7 +132,7 @@ def plan(
         ShapeError: If a seed does not fit the group's joints (`JointNotFound` if it does not name one).
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
-    if not isinstance(problem, Problem) and isinstance(problem, Job):  # pyright: ignore[reportUnnecessaryIsInstance]
+    if not isinstance(problem, Problem) and isinstance(problem, Plannable):  # pyright: ignore[reportUnnecessaryIsInstance]
         of_problems = (
             *(("method", method), ("experience", experience), ("on_incumbent", on_incumbent)),
             *(("every_goal", every_goal or None), ("seeds", seeds or None)),

@@ -5,7 +5,7 @@ from trajopt.tasks.jobs.result import StageRefusal as StageRefusal
 from trajopt.tasks.jobs.result import StageTime as StageTime
 from trajopt.tasks.jobs.result import TaskResult as TaskResult
 from trajopt.tasks.jobs.result import TaskSegment as TaskSegment
-from trajopt.tasks.jobs.search import Stage as Stage
+from trajopt.tasks.jobs.search import TaskStage as TaskStage
 from trajopt.tasks.jobs.stages import AttachObject as AttachObject
 from trajopt.tasks.jobs.stages import DetachObject as DetachObject
 from trajopt.tasks.jobs.stages import Dwell as Dwell

@@ -24,9 +24,9 @@ from trajopt.tasks import (
     PickObject,
     PlaceObject,
     SetGripper,
-    Stage,
     Task,
     TaskResult,
+    TaskStage,
     joint_travel,
 )
 from trajopt.tasks.cartesian import Begin, FollowOptions, line, raster
@@ -41,7 +41,7 @@ def over(x: float, y: float, z: float = 0.3) -> to.Placement:
     return to.placement((x, y, z), rpy=DOWN)
 
 
-def task(cell: to.Scene, *stages: Stage, start: str = "ready", **options: object) -> Task:
+def task(cell: to.Scene, *stages: TaskStage, start: str = "ready", **options: object) -> Task:
     return Task(scene=cell, group="panda_arm", start=start, stages=stages, **options)  # pyright: ignore
 
 
@@ -249,7 +249,7 @@ def test_a_budget_and_a_cancellation_end_it(cell: to.Scene) -> None:
 Stages = Callable[[tuple[Grasp, ...], Place], Sequence[object]]
 BAD: dict[str, tuple[Stages, str]] = {
     "nothing": (lambda _g, _p: [], "at least one stage"),
-    "no stage": (lambda _g, _p: ["ready"], "must be a Stage"),
+    "no stage": (lambda _g, _p: ["ready"], "must be a TaskStage"),
     "a place before its pick": (
         lambda _g, p: [PlaceObject("cup", p)],
         "'place cup': object 'cup' is not in a",

@@ -15,7 +15,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.jobs.result import StageRefusal
-from trajopt.tasks.jobs.search import Stage, TaskSearch, TaskState, Way, in_sequence
+from trajopt.tasks.jobs.search import TaskSearch, TaskStage, TaskState, Way, in_sequence
 from trajopt.tasks.jobs.stages import Dwell, Item, MoveTo, as_items, held_after_each
 from trajopt.tasks.jobs.tour import Tours, travel_time
 from trajopt.values.arrays import Floats, Value, readonly
@@ -134,13 +134,15 @@ class _Pinned:
         yield self.move.leg(state, reduced.all_positions(self.positions))
 
 
-def _pinned(item: Sequence[Stage], placed: PlacedItem) -> Iterator[Stage]:
+def _pinned(item: Sequence[TaskStage], placed: PlacedItem) -> Iterator[TaskStage]:
     rows = iter(placed.moves)
     for stage in item:
         yield _Pinned(stage, readonly(next(rows))) if isinstance(stage, MoveTo) else stage
 
 
-def postures(item: Sequence[Stage], search: TaskSearch, state: TaskState) -> list[PlacedItem] | StageRefusal:
+def postures(
+    item: Sequence[TaskStage], search: TaskSearch, state: TaskState
+) -> list[PlacedItem] | StageRefusal:
     """Return the postures of an item: configurations of its first move, and from each those of the others."""
     reduced = search.reduced(state.scene, state.positions)
     moves = [stage for stage in item if isinstance(stage, MoveTo)]

@@ -19,7 +19,7 @@ from trajopt.values.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
-class Pause:
+class StageRest:
     """A rest at the end of a motion.
 
     Attributes:
@@ -43,7 +43,7 @@ class TaskSegment(Value):
 
     stages: tuple[str, ...]
     result: Result
-    pauses: tuple[Pause, ...] = ()
+    pauses: tuple[StageRest, ...] = ()
 
     @property
     def trajectory(self) -> Trajectory:

@@ -23,7 +23,7 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.grasping.task import ATTEMPTS, later
-from trajopt.tasks.jobs.result import Handling, Pause, StageRefusal, TaskSegment
+from trajopt.tasks.jobs.result import Handling, StageRefusal, StageRest, TaskSegment
 from trajopt.tasks.jobs.tour import travel_time
 from trajopt.values.arrays import Floats
 
@@ -94,7 +94,7 @@ Way = TaskState | StageRefusal
 
 
 @runtime_checkable
-class Stage(Protocol):
+class TaskStage(Protocol):
     """A stage of a task."""
 
     @property
@@ -124,7 +124,7 @@ class Stage(Protocol):
         ...
 
 
-def in_sequence(stages: Sequence[Stage], search: "TaskSearch", state: TaskState) -> Iterator[Way]:
+def in_sequence(stages: Sequence[TaskStage], search: "TaskSearch", state: TaskState) -> Iterator[Way]:
     """Yield the ways to do stages one after the other, by depth-first search over the ways of each."""
     if not stages:
         yield state
@@ -196,14 +196,14 @@ class TaskSearch:
         If that fails, the motion rests in the middle of them, and so on.
 
         Args:
-            name: Stage that the rest is counted to; the last leg's if empty.
+            name: TaskStage that the rest is counted to; the last leg's if empty.
         """
-        pause = Pause(name, rest)
+        pause = StageRest(name, rest)
         if not state.legs:
             return self._waited(state, pause) if rest > 0.0 else state
         return self._planned(replace(state, legs=()), state.legs, pause)
 
-    def _waited(self, state: TaskState, pause: Pause) -> Way:
+    def _waited(self, state: TaskState, pause: StageRest) -> Way:
         last = next(reversed(state.segments), None)
         if last is None or state.scene.changing:
             still = Leg(pause.stage, state.positions, state.scene)
@@ -211,7 +211,7 @@ class TaskSearch:
         longer = replace(last, pauses=(*last.pauses, pause))
         return replace(state, segments=(*state.segments[:-1], longer))
 
-    def _planned(self, state: TaskState, legs: tuple[Leg, ...], pause: Pause) -> Way:
+    def _planned(self, state: TaskState, legs: tuple[Leg, ...], pause: StageRest) -> Way:
         problem = self._problem(state, legs, pause.seconds)
         result = self.plan(problem)
         if result.verified:
@@ -220,11 +220,11 @@ class TaskSearch:
         if len(legs) == 1:
             return StageRefusal(legs[0].stage, result.status, result.reason, result)
         middle = len(legs) // 2
-        half = self._planned(state, legs[:middle], Pause("", 0.0))
+        half = self._planned(state, legs[:middle], StageRest("", 0.0))
         return half if isinstance(half, StageRefusal) else self._planned(half, legs[middle:], pause)
 
     def _faster_with_rests(
-        self, state: TaskState, legs: tuple[Leg, ...], pause: Pause, passing: TaskState
+        self, state: TaskState, legs: tuple[Leg, ...], pause: StageRest, passing: TaskState
     ) -> TaskState:
         """Return the state after a motion through the ends of legs, or with rests there if that is faster.
 
@@ -238,7 +238,7 @@ class TaskSearch:
         resting = state
         for leg in legs:
             last = leg is legs[-1]
-            way = self._planned(replace(resting, legs=()), (leg,), pause if last else Pause("", 0.0))
+            way = self._planned(replace(resting, legs=()), (leg,), pause if last else StageRest("", 0.0))
             if isinstance(way, StageRefusal) or way.time > passing.time:
                 return passing
             resting = way

@@ -27,8 +27,8 @@ from trajopt.tasks.grasping.result import Refusal
 from trajopt.tasks.grasping.result import Stage as Step
 from trajopt.tasks.grasping.straight import along_line, track_line, with_room
 from trajopt.tasks.grasping.task import CandidateNames, PickPlaceTask, TimedConfiguration, later
-from trajopt.tasks.jobs.result import Handling, Pause, StageRefusal, TaskSegment
-from trajopt.tasks.jobs.search import Leg, Stage, TaskSearch, TaskState, Way, in_sequence
+from trajopt.tasks.jobs.result import Handling, StageRefusal, StageRest, TaskSegment
+from trajopt.tasks.jobs.search import Leg, TaskSearch, TaskStage, TaskState, Way, in_sequence
 from trajopt.values.arrays import Floats, Value, number, one_of, sequence, several
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
@@ -488,7 +488,7 @@ class MoveObject(Value):
 
 Cost = Callable[[Sequence[TaskSegment]], float]
 """Returns the cost of the motions of an alternative; the smallest is preferred."""
-Item = Stage | Sequence[Stage]
+Item = TaskStage | Sequence[TaskStage]
 """One stage or several in sequence."""
 
 
@@ -502,8 +502,8 @@ def joint_travel(segments: Sequence[TaskSegment]) -> float:
     return sum(float(np.abs(np.diff(segment.trajectory.positions, axis=0)).sum()) for segment in segments)
 
 
-def as_items(items: Sequence[Item]) -> tuple[tuple[Stage, ...], ...]:
-    found: list[tuple[Stage, ...]] = []
+def as_items(items: Sequence[Item]) -> tuple[tuple[TaskStage, ...], ...]:
+    found: list[tuple[TaskStage, ...]] = []
     for item in sequence("items", items):
         found.append(tuple(item) if isinstance(item, Sequence) else (item,))
     if not all(found) or not found:
@@ -649,7 +649,7 @@ def _fingers(
     )
     if isinstance(moved, Refusal):
         return _refused(name, moved)
-    return there if moved is None else there.after(TaskSegment((name,), moved.result, (Pause("", rest),)))
+    return there if moved is None else there.after(TaskSegment((name,), moved.result, (StageRest("", rest),)))
 
 
 def _refused(name: str, refusal: Refusal) -> StageRefusal:

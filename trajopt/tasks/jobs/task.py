@@ -21,7 +21,7 @@ from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.task import later
 from trajopt.tasks.jobs.any_order import AnyOrder
 from trajopt.tasks.jobs.result import StageRefusal, TaskResult
-from trajopt.tasks.jobs.search import Stage, TaskSearch, TaskState, in_sequence
+from trajopt.tasks.jobs.search import TaskSearch, TaskStage, TaskState, in_sequence
 from trajopt.tasks.jobs.stages import Fallback, OneOf, as_items
 from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several, unless_none
 from trajopt.values.errors import ProblemError, TrajoptError, shown
@@ -50,7 +50,7 @@ class Task(Value):
 
     scene: Scene
     start: ConfigurationLike
-    stages: Sequence[Stage]
+    stages: Sequence[TaskStage]
     group: str = ""
     constraints: Sequence[PathConstraint] = ()
     options: GraspingOptions = field(default_factory=GraspingOptions)
@@ -69,7 +69,7 @@ class Task(Value):
         name_of("name", self.name)
         group = one_of("group", self.group, str) or only_group(robot)
         start = stated_configuration(robot, "start", self.start, group=group)
-        stages = several("stages", self.stages, Stage)
+        stages = several("stages", self.stages, TaskStage)
         if not stages:
             raise ProblemError("a task needs at least one stage, such as MoveTo(goal)")
         named = tuple(_named(stages, {}))
@@ -161,8 +161,8 @@ class Task(Value):
         )
 
 
-def _named(stages: Sequence[Stage], taken: dict[str, int]) -> list[Stage]:
-    found: list[Stage] = []
+def _named(stages: Sequence[TaskStage], taken: dict[str, int]) -> list[TaskStage]:
+    found: list[TaskStage] = []
     for stage in stages:
         name = stage.name or stage.default_name
         taken[name] = taken.get(name, 0) + 1
@@ -170,5 +170,5 @@ def _named(stages: Sequence[Stage], taken: dict[str, int]) -> list[Stage]:
         changes: dict[str, Any] = {"name": unique}
         if isinstance(stage, AnyOrder | OneOf | Fallback):
             changes["items"] = [_named(item, taken) for item in as_items(stage.items)]
-        found.append(cast("Stage", replace(cast("Any", stage), **changes)))
+        found.append(cast("TaskStage", replace(cast("Any", stage), **changes)))
     return found

@@ -13,7 +13,7 @@ from trajopt.tasks.cartesian.following import Begin, FollowOptions
 from trajopt.tasks.grasping.grasp import Place, grasps_of
 from trajopt.tasks.grasping.gripper import gripper_of
 from trajopt.tasks.jobs.any_order import AnyOrder
-from trajopt.tasks.jobs.search import Stage
+from trajopt.tasks.jobs.search import TaskStage
 from trajopt.tasks.jobs.stages import (
     AttachObject,
     DetachObject,
@@ -66,7 +66,7 @@ def read_task(path: Path | str, scene: Scene) -> Task:
     )
 
 
-def _stage(node: Node, scene: Scene) -> Stage:
+def _stage(node: Node, scene: Scene) -> TaskStage:
     """Read one stage."""
     kinds = [key for key in node.keys() if key in _READERS]
     if len(kinds) != 1:
@@ -93,21 +93,21 @@ def _pose(node: Node) -> Placement:
     return pose_of(node, UPRIGHT, degrees=False)
 
 
-def _move_to(_: Node, goal: Node, scene: Scene, name: str) -> Stage:
+def _move_to(_: Node, goal: Node, scene: Scene, name: str) -> TaskStage:
     del scene
     pose = not isinstance(goal.value, str) and goal.has("position")
     return MoveTo(_pose(goal) if pose else _configuration(goal), name=name)
 
 
-def _pick(_: Node, picked: Node, scene: Scene, name: str) -> Stage:
+def _pick(_: Node, picked: Node, scene: Scene, name: str) -> TaskStage:
     return PickObject(picked.text(), grasps_of(scene, picked.text(), gripper_of(scene)), name=name)
 
 
-def _place(node: Node, placed: Node, _: Scene, name: str) -> Stage:
+def _place(node: Node, placed: Node, _: Scene, name: str) -> TaskStage:
     return PlaceObject(placed.text(), Place(placement=_pose(node["at"])), name=name)
 
 
-def _follow(node: Node, frame: Node, _: Scene, name: str) -> Stage:
+def _follow(node: Node, frame: Node, _: Scene, name: str) -> TaskStage:
     if node.has("file"):
         poses = read_poses(Path(node.path).parent / node["file"].text())
     else:
@@ -122,24 +122,24 @@ def _follow(node: Node, frame: Node, _: Scene, name: str) -> Stage:
     return FollowCurve(follows_curve(frame.text(), curve), options=options, off=off, name=name)
 
 
-def _items(listed: Node, scene: Scene) -> list[list[Stage]]:
+def _items(listed: Node, scene: Scene) -> list[list[TaskStage]]:
     return [
         [_stage(stage, scene) for stage in (item.elements() if isinstance(item.value, list) else [item])]
         for item in listed.elements()
     ]
 
 
-def _any_order(node: Node, listed: Node, scene: Scene, name: str) -> Stage:
+def _any_order(node: Node, listed: Node, scene: Scene, name: str) -> TaskStage:
     then = _configuration(node["then"]) if node.has("then") else None
     return AnyOrder(_items(listed, scene), name=name, then=then)
 
 
-def _move_object(node: Node, moved: Node, _: Scene, name: str) -> Stage:
+def _move_object(node: Node, moved: Node, _: Scene, name: str) -> TaskStage:
     seconds = node["seconds"].number(default=0.0)
     return MoveObject(moved.text(), _pose(node["to"]), seconds=seconds, name=name)
 
 
-Read = Callable[[Node, Node, Scene, str], Stage]
+Read = Callable[[Node, Node, Scene, str], TaskStage]
 _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "move_to": ((), _move_to),
     "dwell": ((), lambda _, value, __, name: Dwell(value.number(), name=name)),
