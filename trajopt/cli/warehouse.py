@@ -15,7 +15,7 @@ from trajopt.files.bundle import Bundle
 from trajopt.files.moveit import read_request, read_scene
 from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import reading_at
-from trajopt.files.moveit.robot_state import checked_joint_positions, layered_positions
+from trajopt.files.moveit.scene_messages import checked_joint_positions, layered_positions
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene

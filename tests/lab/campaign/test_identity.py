@@ -18,13 +18,13 @@ from trajopt.lab.campaign import (
     perturbed,
     random_motions,
 )
-from trajopt.lab.campaign.documents import Packer
+from trajopt.lab.campaign.recipes import Packer
 from trajopt.values.errors import ProblemError, SolverNotFound
 
 ELSEWHERE = """
 import trajopt as to
 from trajopt.lab.campaign import Campaign, random_motions, perturbed
-from trajopt.lab.campaign.documents import Packer
+from trajopt.lab.campaign.recipes import Packer
 robot = to.load("planar2")
 scene = to.Scene(robot).add("ball", to.Sphere(0.1), to.placement((0.65, 0.65, 0.1)))
 problem = to.Problem(scene=scene, start=[0.0, 0.4], goal={"joint1": 1.4, "joint2": 0.4}, name="past a ball")

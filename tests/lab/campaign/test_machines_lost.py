@@ -16,9 +16,8 @@ from tests.lab.campaign.rooms import rows_of
 from trajopt.lab.campaign import Campaign, CampaignFolder, Progress, resume_campaign
 from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.cluster import RayPool
-from trajopt.lab.campaign.documents import Library
 from trajopt.lab.campaign.engine import Block, EnginePool, PlannedBlock, Setup
-from trajopt.lab.campaign.recipes import Workshop
+from trajopt.lab.campaign.recipes import Library, Workshop
 from trajopt.lab.campaign.row import row_of
 from trajopt.lab.campaign.supervisor import Worked, setup_of
 from trajopt.lab.campaign.supervisor import planned as planned_block

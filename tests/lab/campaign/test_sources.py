@@ -21,8 +21,7 @@ from trajopt.lab.campaign import (
     perturbed,
     random_motions,
 )
-from trajopt.lab.campaign.documents import Library, Packer
-from trajopt.lab.campaign.recipes import Workshop, read
+from trajopt.lab.campaign.recipes import Library, Packer, Workshop, read
 from trajopt.lab.suite.instance import find_instances
 from trajopt.optimise.kinematics import validity
 from trajopt.robot.loading.pinocchio_model import root_placement

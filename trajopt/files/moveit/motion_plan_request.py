@@ -11,7 +11,7 @@ from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import Reading, require, world_names
 from trajopt.files.moveit.objects import apply_attached
 from trajopt.files.moveit.planning_scene import SceneFile
-from trajopt.files.moveit.robot_state import (
+from trajopt.files.moveit.scene_messages import (
     layered_positions,
     placed_robot,
     read_joint_positions,

@@ -16,8 +16,12 @@ from trajopt.files.messages import (
 )
 from trajopt.files.moveit.frames import Reading, frame_id, read_placement, require, world_names
 from trajopt.files.moveit.objects import apply_attached, apply_object, read_object, without
-from trajopt.files.moveit.robot_state import layered_positions, placed_robot, read_joint_positions
-from trajopt.files.moveit.scene_messages import attached_messages
+from trajopt.files.moveit.scene_messages import (
+    attached_messages,
+    layered_positions,
+    placed_robot,
+    read_joint_positions,
+)
 from trajopt.robot.bodies import MeshPolicy
 from trajopt.robot.robot import Robot
 from trajopt.scene.clearances import AllowedCollisions, Clearances

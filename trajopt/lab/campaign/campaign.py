@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from trajopt.files.bundle.bundle import versions
-from trajopt.lab.campaign.documents import Packer, digest
-from trajopt.lab.campaign.recipes import written
+from trajopt.lab.campaign.recipes import Packer, digest, written
 from trajopt.lab.campaign.sources import ProblemSource
 from trajopt.optimise.methods import method_named
 from trajopt.planning.budget import Budget

@@ -16,9 +16,9 @@ from importlib.util import find_spec
 from typing import Any
 
 from trajopt.lab.campaign.campaign import CampaignTask
-from trajopt.lab.campaign.documents import sent_from
 from trajopt.lab.campaign.engine import AHEAD, Block, EnginePool, Lost, PlannedBlock, Setup, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
+from trajopt.lab.campaign.recipes import sent_from
 from trajopt.lab.campaign.supervisor import WorkerSupervisor, cores, planned, setup_of
 from trajopt.values.errors import CampaignError, MissingExtra
 from trajopt.values.errors.arguments import checked

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.lab.campaign.columns import Row
-from trajopt.lab.campaign.documents import Library
 from trajopt.lab.campaign.kept import CampaignFolder
-from trajopt.lab.campaign.recipes import Workshop, read
+from trajopt.lab.campaign.recipes import Library, Workshop, read
 from trajopt.lab.campaign.row import Fate
 from trajopt.planning.experience import Experience
 from trajopt.problem.problem import Problem

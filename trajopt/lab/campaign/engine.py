@@ -8,8 +8,8 @@ from typing import Protocol
 
 from trajopt.lab.campaign.campaign import CampaignTask, Options
 from trajopt.lab.campaign.columns import Row
-from trajopt.lab.campaign.documents import Documents
 from trajopt.lab.campaign.kept import CampaignFolder
+from trajopt.lab.campaign.recipes import Documents
 from trajopt.values.errors import ProblemError, shown
 
 AHEAD = 2

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from trajopt.files.bundle.bundle import versions
 from trajopt.lab.campaign.campaign import SYSTEM, Campaign, CampaignTask, Options
 from trajopt.lab.campaign.columns import Row, need_parquet, read_rows, write_tasks
-from trajopt.lab.campaign.documents import Packer
+from trajopt.lab.campaign.recipes import Packer
 from trajopt.values.documents.document import write_json
 from trajopt.values.documents.files import read_json, written_whole
 from trajopt.values.errors import CampaignError, FileFormatError, shown

@@ -6,12 +6,12 @@ from itertools import product
 from pathlib import Path
 
 from trajopt.lab.campaign.columns import need_parquet, read_rows, size_of
-from trajopt.lab.campaign.documents import Packer
 from trajopt.lab.campaign.recipes import (
     BasePlaced,
     FromMessages,
     Installed,
     JointToJoint,
+    Packer,
     Perturbed,
     RandomMotion,
     Recipe,

@@ -16,10 +16,9 @@ from typing import cast
 
 from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.columns import Row
-from trajopt.lab.campaign.documents import Library
 from trajopt.lab.campaign.engine import MARK, Bunch, Setup, StartReport
 from trajopt.lab.campaign.kept import check_versions
-from trajopt.lab.campaign.recipes import Workshop
+from trajopt.lab.campaign.recipes import Library, Workshop
 from trajopt.lab.campaign.row import row_of
 from trajopt.values.errors import TrajoptError
 

@@ -14,8 +14,7 @@ from trajopt.files import messages as msg
 from trajopt.files.messages import Constraints, TrajectoryConstraints, decode, document_of, is_message
 from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import pose_of, reading_at, world_names
-from trajopt.files.moveit.robot_state import checked_joint_positions
-from trajopt.files.moveit.scene_messages import state_message
+from trajopt.files.moveit.scene_messages import checked_joint_positions, state_message
 from trajopt.geometry import angular_jacobian, evaluator, point_jacobian
 from trajopt.optimise.kinematics import goal_configurations
 from trajopt.planning.result import Result

@@ -21,7 +21,7 @@ from trajopt.files.messages import (
 from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import read_vector, reading_at, world_names
 from trajopt.files.moveit.planning_scene import without_collisions
-from trajopt.files.moveit.robot_state import layered_positions
+from trajopt.files.moveit.scene_messages import layered_positions
 from trajopt.files.moveit.trajectories import trajectory_message, trajectory_of
 from trajopt.optimise.methods.timing import retime_path
 from trajopt.planning.result import Result

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.files.messages import JointState, MotionPlanRequest, RobotState, document_of
 from trajopt.files.moveit.motion_plan_request import request_of
-from trajopt.files.moveit.robot_state import checked_joint_positions, layered_positions
+from trajopt.files.moveit.scene_messages import checked_joint_positions, layered_positions
 from trajopt.problem.problem import Problem
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.loading.pinocchio_model import joint_above, joint_frame_names

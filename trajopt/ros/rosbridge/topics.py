@@ -46,7 +46,7 @@ class Subscription:
 
 
 @dataclass(eq=False)
-class Topic:
+class RelayedTopic:
     """A topic.
 
     Attributes:
@@ -71,7 +71,7 @@ class Topics:
     def __init__(self, generation: Generation) -> None:
         """Start without topics."""
         self.generation = generation
-        self._all: dict[str, Topic] = {}
+        self._all: dict[str, RelayedTopic] = {}
 
     def names(self) -> list[str]:
         return sorted(self._all)
@@ -177,7 +177,7 @@ class Topics:
 
         return check
 
-    def _pass(self, topic: Topic, message: msgspec.Raw) -> None:
+    def _pass(self, topic: RelayedTopic, message: msgspec.Raw) -> None:
         now, text = time.monotonic(), b""
         for client, mine in topic.heard.items():
             if now - mine.last >= mine.spacing:
@@ -185,7 +185,7 @@ class Topics:
                 text = text or _published(topic, message)
                 client.offer(text, mine.fragment_size)
 
-    def _publisher(self, client: TopicClient, name: str, kind: str) -> Topic:
+    def _publisher(self, client: TopicClient, name: str, kind: str) -> RelayedTopic:
         if name in self._all and self._all[name].ours:
             raise Unusable(f"{name} is published by the server itself")
         if name not in self._all or client not in self._all[name].clients:
@@ -194,9 +194,9 @@ class Topics:
         topic.clients.add(client)
         return topic
 
-    def _topic(self, name: str, kind: str) -> Topic:
+    def _topic(self, name: str, kind: str) -> RelayedTopic:
         wanted = plain_name(kind)
-        topic = self._all.setdefault(name, Topic(name))
+        topic = self._all.setdefault(name, RelayedTopic(name))
         if wanted and topic.kind and wanted != topic.kind:
             raise Unusable(f"{name} is of the type {topic.kind}, not {shown(kind)}")
         topic.kind = topic.kind or wanted
@@ -217,7 +217,7 @@ async def _at_once(check: Callable[[], None]) -> None:
     check()
 
 
-def _published(topic: Topic, message: msgspec.Raw) -> bytes:
+def _published(topic: RelayedTopic, message: msgspec.Raw) -> bytes:
     return written({"op": "publish", "topic": topic.name, "msg": message})
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from trajopt.files.moveit.frames import reading_at
 from trajopt.files.moveit.planning_scene import apply_motions, edit_scene
-from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.files.moveit.scene_messages import layered_positions, read_joint_positions
 from trajopt.lab.perception import PointCloud, Sensing, perceive
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject

@@ -7,7 +7,7 @@ from typing import Any
 from trajopt.files.messages import Generation, MoveItErrorCodes, decode, document_of, encode
 from trajopt.files.moveit.frames import Reading, reading_at
 from trajopt.files.moveit.objects import apply_attached
-from trajopt.files.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.files.moveit.scene_messages import layered_positions, read_joint_positions
 from trajopt.scene.scene import Scene
 from trajopt.server.limits import check_sizes
 from trajopt.server.operation import Answer, SessionState, Watch
