@@ -3,16 +3,20 @@
 import copy
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.files.proof.conftest import Checker, Document, Proof
+import trajopt as to
+from tests.files.proof.conftest import Checker, Document, Proof, planar_problem
 from tests.files.proof.dense import curve, placed, refuted
 from tests.files.proof.test_attacks import WHOLE, one_joint
 from tests.files.proof.test_bounds import arm
+from trajopt.files.proof import save_proof
+from trajopt.values.errors import ProblemError
 
 Numbers = np.ndarray
 
@@ -70,7 +74,7 @@ def test_a_false_statement_is_refused(name: str, tmp_path: Path, checker: Checke
 
 
 def sliding_box(gap: float, velocities: tuple[float, float]) -> Document:
-    """A ball that rests beside a box, which slides along x with one velocity until 0.5 s and then another."""
+    """A ball at rest and a box, which slides along x with one velocity until 0.5 s and then another."""
     statement = copy.deepcopy(one_joint(gap))
     statement["parts"][1]["place"] = {**statement["parts"][1]["place"], "joint": 2}
     slider = {**statement["joints"][0], "name": "slider", "turns": False, "axis": [1, 0, 0], "coordinate": 1}
@@ -184,3 +188,14 @@ def test_drives_are_bounded(degree: int, checker: Checker) -> None:
         for order, bound in enumerate((travel.velocity, travel.acceleration), start=1):
             sizes = np.linalg.norm(np.diff(world, order, axis=0) / step**order, axis=1)
             assert sizes.max() <= bound[place] * (1.0 + 1e-6) + 1e-5
+
+
+def test_a_track_with_too_many_turns_has_no_proof(tmp_path: Path, planar_plan: to.Plan) -> None:
+    """Each piece of a track with a turn of its own is a joint."""
+    places = [to.placement((0.0, 0.0, 9.0), rpy=(0.1 * np.sin(k), 0.1 * np.cos(k), 0.0)) for k in range(1000)]
+    track = to.Track.through(np.linspace(0.0, 9.0, 1000), places)
+    problem = planar_problem()
+    tumbling = problem.scene.add("tumbling", to.Box(0.1, 0.1, 0.1), motion=track)
+    with pytest.raises(ProblemError, match="fewer than 1000 joints, and the tracks of the scene need 1004"):
+        save_proof(replace(problem, scene=tumbling), planar_plan.trajectory, tmp_path / "x.proof")
+    assert not (tmp_path / "x.proof").exists()

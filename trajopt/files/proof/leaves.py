@@ -92,7 +92,7 @@ class LeafSearch:
         return _ordered(found), _ordered(given_up)
 
     def _first(self) -> tuple[Ints, Floats, Floats]:
-        """Return the longest intervals: pairs of dynamic obstacles are cut where these change."""
+        """Return the longest intervals: those of dynamic obstacles are cut at changes and jumps."""
         duration = self._motion.duration
         cuts = [
             np.unique(

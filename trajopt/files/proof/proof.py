@@ -30,6 +30,8 @@ from trajopt.verify.kernel.motion import JudgedMotion, TimedMotion
 LEAF = np.dtype([("begin", "<u2"), ("direction", "<i2", (3,))])
 SUFFIX = ".proof"
 """File name extension of proofs."""
+MOST_JOINTS = 1_000
+"""Most joints of a proof, and the world."""
 MOST_TIMES = 60_000
 """Most times of a proof's grid."""
 SHORTEST_OF_TORQUE = 1e-3
@@ -88,10 +90,15 @@ def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> Pr
 def _verified(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
     if trajectory.interpolation is Interpolation.LINEAR:
         raise ProblemError("a proof needs the velocities of the motion: without, it jumps at its points")
+    reduced, timed = problem.reduced, problem.reduced.timed
+    if timed is not None and timed.reduced.model.njoints > MOST_JOINTS:
+        raise ProblemError(
+            f"a proof has fewer than {MOST_JOINTS} joints, and the tracks of the scene need "
+            f"{timed.reduced.model.njoints - 1}: one for each axis about which an object turns"
+        )
     certificate = judge(problem, trajectory)
     if not certificate.verified:
         raise ProblemError(f"there is no proof of a motion that the judge refuses: {certificate.verdict}")
-    reduced, timed = problem.reduced, problem.reduced.timed
     moving = set[str]() if timed is None else timed.reduced.anchors.keys() - reduced.anchors.keys()
     rests = not any(moving.intersection(goal.frames) for goal in problem.goals)
     kinematics, options = Kinematics(reduced), VerifyOptions()

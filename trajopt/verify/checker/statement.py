@@ -124,7 +124,7 @@ class Statement:
     """Everything that a proof states.
 
     Attributes:
-        drives: Coordinates that follow time whatever the robot does, numbered after those of the curve.
+        drives: Coordinates that follow time, independent of the robot; numbered after the curve's.
         joints: The joints, each after its parent; joint number i is at i - 1.
         excess: By how much limits and tolerances may be exceeded: of positions absolute or relative to the
             limit, the larger; of rates and torques relative; of requirements absolute.
