@@ -316,7 +316,6 @@ def in_words(state: campaigns.Progress) -> str:
 
 
 def engine_of(name: EngineName, address: str, workers: int) -> campaigns.Engine:
-    """Return the engine of a name."""
     match name:
         case EngineName.RAY:
             return campaigns.Ray(address, workers)

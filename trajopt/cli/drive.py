@@ -288,7 +288,6 @@ def _still_problem(source: RobotSource, scene: Path, motions: Path | None, group
 
 
 def _input(source: str, problem: Problem, frame: str, axes: str, port: int, host: str) -> ServoInput:
-    """Open the input device."""
     if source == GAMEPAD:
         return Gamepad(frame=axes)
     if source == BROWSER:

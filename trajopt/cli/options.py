@@ -271,7 +271,6 @@ def budget_of(
     workers: int = 1,
     clock: Callable[[], float] = time.monotonic,
 ) -> Budget:
-    """Return the budget of the options."""
     if improve and time_budget is None and portfolio:
         raise ProblemError("--improve uses the whole time budget: give --time-budget, in seconds, too")
     attempts = None if portfolio else 1

@@ -73,7 +73,6 @@ def problem_of(
 
 
 def _named_in(plan: Path, motions: Path | None) -> Problem:
-    """Rebuild the problem that a plan's file names."""
     document = read_json(plan) if plan.suffix == ".json" else None
     source = cast("dict[str, object]", document).get("source") if isinstance(document, dict) else None
     if not isinstance(source, dict):

@@ -48,7 +48,6 @@ class Thumbnails(Generic[Key]):
     """Pictures by key; without OpenGL none, with a remark."""
 
     def __init__(self, *, enabled: bool) -> None:
-        """Have none yet."""
         self.pictures: dict[Key, bytes] = {}
         self.remark = ""
         self._enabled = enabled

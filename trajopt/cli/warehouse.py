@@ -250,7 +250,6 @@ def _words(value: object) -> str:
 
 
 def _kind(name: str | None) -> EntryKind | None:
-    """Return the kind of a name."""
     if name is None:
         return None
     if name.upper() not in EntryKind.__members__:
@@ -305,7 +304,6 @@ def value_given(given: Given) -> Robot | Scene | Problem | StoredState | Constra
 
 
 def _constraints(path: Path, robot: Robot) -> Constraints:
-    """Return the requirements of a constraints message."""
     scene = Scene(robot)
     reading = reading_at(scene, layered_positions(robot))
     required, around = read_constraints(read_document(path), scene, reading)

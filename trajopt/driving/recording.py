@@ -255,7 +255,6 @@ class Logbook:
     """Records a run; call `look` after each cycle. It may be read in other threads."""
 
     def __init__(self) -> None:
-        """Begin empty."""
         self._watched: Watched | None = None
         self._times: list[float] = []
         self._positions: list[Floats] = []

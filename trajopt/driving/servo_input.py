@@ -211,7 +211,6 @@ class Player:
 
     @checked
     def __init__(self, stream: Stream) -> None:
-        """Begin at the first order."""
         self._stream, self._next, self._now = stream, 0, -1.0
 
     @checked
@@ -243,7 +242,6 @@ class Recorder:
 
     @checked
     def __init__(self, source: ServoInput) -> None:
-        """Begin to record."""
         self.source = source
         self._orders: list[TimedOrder] = []
         self._last: dict[str, object] | None = None

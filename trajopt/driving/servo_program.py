@@ -31,7 +31,6 @@ class BodySpeeds:
     """Approach speeds of pairs of bodies, in a configuration and for velocities within bounds."""
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Prepare the bodies."""
         model, boxes = reduced.model, BoundingBoxes.of(reduced)
         self._mimic, self._pairs, self._levers = reduced.mimic_matrix, reduced.pairs, pair_levers(reduced)
         self._joint, self._centre, self._radius = boxes.joint, boxes.centre[:, :, None], boxes.radius

@@ -297,7 +297,6 @@ class SimulatedExecutor:
             self.advance(max(behind, 0.0))
 
     def _step(self) -> None:
-        """Simulate one time step."""
         now, plant = self._steps * self.period, self._plant
         if not (np.abs(plant.velocities) < BLOWN_UP).all():
             self._fault = "the simulation has diverged"

@@ -43,7 +43,6 @@ class DynamicsQuery:
     """Inverse dynamics; owns scratch memory, so one per thread."""
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Keep the model and its scratch memory."""
         mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
         self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
 

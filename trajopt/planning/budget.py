@@ -95,7 +95,6 @@ class Stopped(Exception):
     """The budget is used up, or planning was cancelled; raised between pieces of work."""
 
     def __init__(self, stop: Stop) -> None:
-        """Store the reason."""
         self.stop = stop
         super().__init__(stop.value)
 

@@ -360,7 +360,6 @@ class Ros2Action:
     """The operations of the rosbridge protocol, version 2, for actions of ROS 2."""
 
     def __init__(self, name: str) -> None:
-        """Choose an action by its name."""
         self._name = name
 
     def begin(self, client: RosbridgeClient) -> None:
@@ -392,7 +391,6 @@ class Ros1Action:
     """The topics of actionlib (ROS 1)."""
 
     def __init__(self, name: str) -> None:
-        """Choose an action by its name."""
         self._name, self._result = name, f"{name}/result"
 
     def begin(self, client: RosbridgeClient) -> None:

@@ -34,7 +34,6 @@ class ServerError(TrajoptError):
     retry_after: float | None = None
 
     def __init__(self, status: int, kind: str, reason: str) -> None:
-        """Keep all three."""
         self.status, self.kind, self.reason = status, kind, reason
         super().__init__(f"{kind}: {reason}")
 
@@ -74,7 +73,6 @@ def document_of(response: httpx.Response) -> Any:
 
 
 def error_of(status: int, document: object) -> ServerError:
-    """Return the error that a server's document states."""
     error: object = cast(Document, document).get("error") if isinstance(document, dict) else None
     if not isinstance(error, dict):
         return ServerError(status, "failed", f"the server answered with status {status}")
@@ -101,7 +99,6 @@ class Events:
     """Server-sent events, line by line."""
 
     def __init__(self, listener: Listener) -> None:
-        """Pass feedback on to a listener."""
         self._listener, self._name = listener, ""
 
     def take(self, line: str) -> Document | None:
@@ -221,7 +218,6 @@ class SessionCalls(Generic[Reply]):
     """
 
     def __init__(self, name: str, robot: str) -> None:
-        """Take the session's id."""
         self.id, self.robot = name, robot
 
     def __repr__(self) -> str:
@@ -444,7 +440,6 @@ class Session(SessionCalls[Document]):
     """A robot in a scene that the server keeps; with `with` it ends with the block."""
 
     def __init__(self, client: Client, name: str, robot: str) -> None:
-        """Belong to a client."""
         super().__init__(name, robot)
         self._client = client
 
@@ -565,7 +560,6 @@ class AsyncSession(SessionCalls[Awaitable[Document]]):
     """A robot in a scene that the server keeps."""
 
     def __init__(self, client: AsyncClient, name: str, robot: str) -> None:
-        """Belong to a client."""
         super().__init__(name, robot)
         self._client = client
 

@@ -53,7 +53,6 @@ class Job:
     """
 
     def __init__(self, number: int, owner: str, assignment: Assignment, grace: float) -> None:
-        """Create it, waiting."""
         loop = asyncio.get_running_loop()
         self.number, self.owner, self.assignment = number, owner, assignment
         self.done: asyncio.Future[Answered] = loop.create_future()
@@ -204,7 +203,6 @@ class Cancellation:
     """Cancels a request from elsewhere: pass it to `ask`, and call it."""
 
     def __init__(self) -> None:
-        """Belong to no request yet."""
         self._job: Job | None = None
         self._called = False
 

@@ -103,7 +103,6 @@ class RequestRefused(TrajoptError):
     """
 
     def __init__(self, why: Why, reason: str, *, retry_after: float | None = None) -> None:
-        """Keep kind and reason."""
         self.why, self.reason, self.retry_after = why, reason, retry_after
         super().__init__(f"{why.value}: {reason}")
 

@@ -174,7 +174,6 @@ class FairQueue(Generic[Item]):
     """Items with owners: owners take turns, and each owner's items keep their order."""
 
     def __init__(self) -> None:
-        """Hold nothing yet."""
         self._waiting: OrderedDict[object, deque[Item]] = OrderedDict()
         self._there = asyncio.Semaphore(0)
 

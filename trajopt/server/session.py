@@ -98,7 +98,6 @@ class Sessions:
     """All sessions, up to a limit."""
 
     def __init__(self, limits: Limits) -> None:
-        """Have none yet."""
         self._limits, self._all = limits, dict[str, ServiceSession]()
         self._gone: list[ServiceSession] = []
 

@@ -43,7 +43,6 @@ class Channel:
     """The socket to the server, message by message."""
 
     def __init__(self, connected: socket.socket) -> None:
-        """Take a connected socket."""
         self._socket, self._stream = connected, connected.makefile("rb")
 
     def receive(self) -> messages.ToWorker | None:
@@ -60,7 +59,6 @@ class Worker:
     """Handles the server's requests in sequence."""
 
     def __init__(self, channel: Channel, hello: messages.Hello) -> None:
-        """Load the robots and the operations."""
         self._channel, self._hello = channel, hello
         self._robots = {name: cast(Robot, pickle.loads(data)) for name, data in hello.robots.items()}
         self._operations = operations_of(hello.modules)
@@ -85,7 +83,6 @@ class Worker:
             self._channel.send(msgspec.structs.replace(said, cpu=used, memory=memory_used()))
 
     def _answered(self, request: messages.Request, watch: Watch) -> messages.Answered | messages.Rejected:
-        """Do a request."""
         try:
             answer = self._run(request, watch)
             body = _JSON.encode(answer.document)

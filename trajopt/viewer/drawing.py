@@ -473,7 +473,6 @@ class NearestDrawing:
     """Lines and labels."""
 
     def __init__(self, server: "ViserServer") -> None:
-        """Prepare them; nothing is shown yet."""
         self._server = server
         self._lines: list[LineSegmentsHandle] = []
         self._labels: list[LabelHandle] = []

@@ -196,7 +196,6 @@ class MirrorView(Served):
     def __init__(
         self, server: "GuardedServer", source: MirrorClient, state: RemoteState, scene: Scene
     ) -> None:
-        """Draw the robot, and start polling."""
         super().__init__(server)
         self._source, self.state, self.scene = source, state, scene
         self._joints = tuple(name for name in scene.robot.joint_names if name not in scene.robot.mimics)

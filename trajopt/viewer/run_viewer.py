@@ -167,7 +167,6 @@ class RunViewer(PlayedPage):
     """
 
     def __init__(self, drawing: RunDrawing, source: Logbook | Recording, motion: Trajectory | None) -> None:
-        """Draw the beginning, and the controls."""
         server = drawing.server
         super().__init__(server)
         self._drawing, self._source = drawing, source

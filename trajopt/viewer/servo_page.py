@@ -77,7 +77,6 @@ class ServoPage(Served):
     """
 
     def __init__(self, drawing: RunDrawing, tool: str, axes: str) -> None:
-        """Draw the robot, and the controls."""
         server = drawing.server
         super().__init__(server)
         self._drawing, self._tool, self._axes = drawing, tool, axes

@@ -63,7 +63,6 @@ class Members(ABC):
     """
 
     def __init__(self, path: Path) -> None:
-        """Store the location."""
         self.path = path
 
     @property
@@ -130,7 +129,6 @@ class Archive(Members):
     """The members of a bundle file, read one by one."""
 
     def __init__(self, path: Path | str) -> None:
-        """Open a file and check its members."""
         super().__init__(Path(path))
         if not is_file(self.path):
             raise self.error("there is no such file")

@@ -220,7 +220,6 @@ class Generation(Enum):
     ROS2 = (("sec", "nanosec"), 1.0)
 
     def __init__(self, seconds: tuple[str, str], initial_w: float) -> None:
-        """Keep the differences."""
         self.seconds = seconds
         self.initial_w = initial_w
 

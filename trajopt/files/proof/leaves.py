@@ -55,7 +55,6 @@ class LeafSearch:
     """
 
     def __init__(self, motion: JudgedMotion, stated: Pairs) -> None:
-        """Lay out chains and spheres."""
         parts, pairs = stated.parts, stated.pairs
         self._motion, self._parts, self._pairs, self._required = motion, parts, pairs, stated.required
         self._growth, self._present = stated.growth, stated.present

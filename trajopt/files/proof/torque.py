@@ -104,7 +104,6 @@ class _InverseDynamics:
     """Newton's and Euler's equations in plain doubles, as the checker's `inverse_dynamics` has them."""
 
     def __init__(self, motion: JudgedMotion) -> None:
-        """Differentiate the motion."""
         self._motion = motion
         orders = [motion.moving(order) for order in range(4)]
         self._orders = [*orders, orders[-1].derivative()]

@@ -82,7 +82,6 @@ class Planner:
     """An actor: one worker process, watched."""
 
     def __init__(self, setup: Setup) -> None:
-        """Start the worker."""
         self._supervisor = WorkerSupervisor(setup)
 
     def ready(self) -> None:

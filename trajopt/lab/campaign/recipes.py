@@ -221,7 +221,6 @@ class Workshop:
     """The library, with a cache of recent scenes and models."""
 
     def __init__(self, library: Library) -> None:
-        """Begin with nothing made."""
         self.library = library
         self._placed: LruCache[tuple[Scene, tuple[float, ...]], Scene] = LruCache(KEPT)
         self._reduced: LruCache[tuple[Scene, str], ReducedModel] = LruCache(KEPT)

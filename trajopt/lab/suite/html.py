@@ -24,7 +24,6 @@ summary { cursor: pointer; padding: .45rem 0; }
 
 
 def document(title: str, style: str, body: str) -> str:
-    """Return a page."""
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'

@@ -116,7 +116,6 @@ class Projection:
     """
 
     def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement], query: Evaluator) -> None:
-        """Transcribe the requirements."""
         self.reduced, self.goals = reduced, tuple(goals)
         self._query = query
         self._limits: JointLimits = reduced.limits

@@ -188,7 +188,6 @@ class InProcessStorage:
     """Memories that end with the process."""
 
     def __init__(self) -> None:
-        """Begin without any."""
         self._memories: dict[int, Memory] = {}
         self._version, self._last = 0, 0
 

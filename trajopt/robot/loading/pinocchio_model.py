@@ -253,7 +253,6 @@ def _mesh(geometry: coal.BVHModelBase) -> Shape:
 
 
 def _shape(name: str, geometry: object) -> Shape:
-    """Convert a shape of Coal."""
     if isinstance(geometry, coal.ShapeBase) and geometry.getSweptSphereRadius() > 0.0:
         reason = "is swept by a sphere; require a clearance with Scene.with_clearance in its place"
         raise ModelError(f"collision geometry {shown(name)} {reason}")

@@ -100,7 +100,6 @@ class GoalOutcome(Enum):
     ABORTED = (4, 6)
 
     def __init__(self, ros1: int, ros2: int) -> None:
-        """Keep the numbers."""
         self.ros1, self.ros2 = ros1, ros2
 
 

@@ -39,7 +39,6 @@ class Bridge:
     """
 
     def __init__(self, cell: Cell, description: RobotDescription, options: RosbridgeOptions) -> None:
-        """Create a bridge without clients."""
         self.cell, self.description, self.options = cell, description, options
         self.generation: msg.Generation = options.distro.generation
         self.largest = cell.service.limits.body

@@ -44,7 +44,6 @@ class ClientConnection:
     """One client."""
 
     def __init__(self, bridge: Bridge, socket: Socket) -> None:
-        """Wrap a connected socket."""
         self.bridge, self._socket = bridge, socket
         self._out: asyncio.Queue[Iterable[bytes]] = asyncio.Queue(WAITING)
         self._fragments = Fragments(bridge.largest)

@@ -89,7 +89,6 @@ class RobotDescription(Value):
 
 
 def _semantics(robot: Robot) -> str:
-    """Return an SRDF of a robot."""
     chains = {name: group.links[0] if group.tip else "" for name, group in robot.groups.items()}
     groups = [
         ProposedGroup(

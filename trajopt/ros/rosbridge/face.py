@@ -61,7 +61,6 @@ class MeshFiles:
     """Answers requests for the files of a robot's meshes, and for no others."""
 
     def __init__(self, description: RobotDescription, options: RosbridgeOptions) -> None:
-        """Choose the robot."""
         self._description, self._options = description, options
 
     async def answer(self, connection: ServerConnection, request: Request) -> Response:

@@ -70,7 +70,6 @@ class OfferedServices(Offers):
     """The services that clients offer, and the calls in progress."""
 
     def __init__(self) -> None:
-        """Start without services."""
         super().__init__("service")
         self._calls: dict[str, _Call] = {}
 
@@ -135,7 +134,6 @@ class OfferedActions(Offers):
     """The actions that clients offer, and the goals in progress."""
 
     def __init__(self) -> None:
-        """Start without actions."""
         super().__init__("action")
         self._goals: dict[str, RelayedGoal] = {}
 

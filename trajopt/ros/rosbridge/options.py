@@ -27,7 +27,6 @@ class Distro(Enum):
     JAZZY = ("jazzy", 2, Generation.ROS2)
 
     def __init__(self, title: str, version: int, generation: Generation) -> None:
-        """Set the version and the message format."""
         self.title, self.version, self.generation = title, version, generation
 
 

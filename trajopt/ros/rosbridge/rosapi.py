@@ -37,7 +37,6 @@ class RosApi:
         description: RobotDescription,
         options: RosbridgeOptions,
     ) -> None:
-        """Answer queries about a bridge."""
         self._topics_known, self._offered = topics, offered
         self._description, self._options = description, options
         self.parameters: dict[str, str] = {

@@ -69,7 +69,6 @@ class Topics:
     """All topics."""
 
     def __init__(self, generation: Generation) -> None:
-        """Start without topics."""
         self.generation = generation
         self._all: dict[str, RelayedTopic] = {}
 

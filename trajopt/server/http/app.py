@@ -49,7 +49,6 @@ class Metrics:
     """Counts requests, and reads the state of a service on demand."""
 
     def __init__(self) -> None:
-        """Have counted nothing yet."""
         self._registry = CollectorRegistry()
         labels = ("operation", "outcome")
         self._requests = Counter("trajopt_requests", "Requests", labels, registry=self._registry)
@@ -90,7 +89,6 @@ class ServiceState(Collector):
     """The present state of a service."""
 
     def __init__(self, service: Service) -> None:
-        """Read this service."""
         self._service = service
 
     def collect(self) -> Iterator[GaugeMetricFamily]:
@@ -133,7 +131,6 @@ class Face:
     """
 
     def __init__(self, service: Service, options: HttpOptions, metrics: Metrics | None) -> None:
-        """Add a route for everything."""
         self._service, self._options, self._metrics = service, options, metrics
         self._running: dict[tuple[str, str], Cancellation] = {}
         self.app = FastAPI(

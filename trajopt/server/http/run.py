@@ -99,7 +99,6 @@ class Connections:
     """
 
     def __init__(self, app: ASGIApp, options: HttpOptions) -> None:
-        """Wrap an application."""
         self._app, self._options = app, options
         self._open: dict[object, Connection] = {}
 

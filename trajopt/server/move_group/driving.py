@@ -156,7 +156,6 @@ class MotionDriver:
         return replace(taken, duration=end - asked)
 
     def _soonest(self, motion: _Motion, begin: float, ahead: Trajectory) -> tuple[Trajectory, StopTaken]:
-        """Return the soonest proven stop from a time on."""
         since, reduced = max(begin - motion.begin, 0.0), motion.reduced
         along = ahead
         if since < motion.trajectory.duration and begin >= motion.begin:

@@ -174,7 +174,6 @@ class Database(Forked):
             raise self.error(f"cannot be used: {error}") from error
 
     def _opened(self, *, create: bool) -> sqlite3.Connection:
-        """Return the connection, open."""
         if self._connection is not None:
             return self._connection
         mode = "rwc" if create else "rw"

@@ -268,7 +268,6 @@ class StoredMembers(Members):
     """The members of one entry, read on demand."""
 
     def __init__(self, database: Database, entry: int, label: str) -> None:
-        """List the members."""
         super().__init__(Path(f"{database.path}: {label}"))
         self._database = database
         with database.reading() as connection:

@@ -343,7 +343,6 @@ class StoredMemories:
     """The memories of a warehouse; see `trajopt.planning.experience.Storage`."""
 
     def __init__(self, database: Database) -> None:
-        """Take the file."""
         self._database = database
 
     @property

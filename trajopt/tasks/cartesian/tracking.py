@@ -66,7 +66,6 @@ class OnCurve:
         query: Evaluator,
         tracker: BudgetTracker | None = None,
     ) -> None:
-        """Build the residual of the curve."""
         self.reduced, self.required, self.query = reduced, required, query
         self.tracker = tracker or BudgetTracker(Budget())
         self.limits = reduced.limits

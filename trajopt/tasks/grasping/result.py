@@ -88,7 +88,6 @@ class Timeline:
     """
 
     def __init__(self, segments: Sequence[Segment]) -> None:
-        """Put the motions one after the other."""
         self.segments = tuple(segments)
         ends = np.cumsum([0.0, *(segment.duration for segment in self.segments)])
         self.begins = readonly(ends[:-1])

@@ -248,7 +248,6 @@ class TaskSearch:
         return positions[scene.robot.index(scene.robot.group(self.group).joints)]
 
     def _problem(self, state: TaskState, legs: tuple[Leg, ...], rest: float) -> Problem:
-        """State one motion through the ends of legs."""
         margins: dict[frozenset[str], float] = {}
         for pair, gap in (item for leg in legs for item in leg.scene.pair_margins.items()):
             margins[pair] = min(gap, margins.get(pair, gap))

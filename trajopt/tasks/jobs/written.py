@@ -67,7 +67,6 @@ def read_task(path: Path | str, scene: Scene) -> Task:
 
 
 def _stage(node: Node, scene: Scene) -> TaskStage:
-    """Read one stage."""
     kinds = [key for key in node.keys() if key in _READERS]
     if len(kinds) != 1:
         keys = ", ".join(node.keys())

@@ -50,7 +50,6 @@ class Writer:
     """Turns values into documents."""
 
     def __init__(self, kinds: Kinds) -> None:
-        """Choose the classes that may be written."""
         self._kinds = kinds
 
     def document(self, value: object, place: str) -> object:

@@ -175,7 +175,6 @@ class DuplicateObject(ModelError):
     """A scene object of that id already exists."""
 
     def __init__(self, name: str) -> None:
-        """Name the id."""
         self.name = name
         super().__init__(f"the scene already has an object {shown(name)}; remove or move it instead")
 
@@ -188,7 +187,6 @@ class MimicCycle(ModelError):
     """
 
     def __init__(self, joints: Sequence[str]) -> None:
-        """Name the joints of the cycle."""
         self.joints = tuple(joints)
         circle = ", which mimics ".join(map(shown, (*self.joints, self.joints[0])))
         super().__init__(f"joints mimic each other in a circle, and none leads: {circle}")
@@ -205,7 +203,6 @@ class MimicContradiction(ModelError):
     """
 
     def __init__(self, joint: str, source: str, *, position: float, expected: float) -> None:
-        """Name both joints and both positions."""
         self.joint, self.source, self.position, self.expected = joint, source, position, expected
         super().__init__(
             f"{joint} is put at {position:g}, but it follows {source} to {expected:g}; give {source} instead"
@@ -221,7 +218,6 @@ class MimicOutOfRange(ModelError):
     """
 
     def __init__(self, joint: str, source: str, why: str) -> None:
-        """Name both joints and the reason."""
         self.joint, self.source = joint, source
         super().__init__(f"{joint}, which follows {source}, {why}")
 
@@ -230,7 +226,6 @@ class ShapeError(ModelError):
     """An array has the wrong shape, or an invalid entry."""
 
     def __init__(self, name: str, problem: str) -> None:
-        """Name the argument and the reason."""
         self.name = name
         super().__init__(f"{name}: {problem}")
 
@@ -243,7 +238,6 @@ class MeshFileError(ModelError):
     """A mesh file is missing, empty or unreadable."""
 
     def __init__(self, path: str, reason: str) -> None:
-        """Name the file and the reason."""
         self.path, self.reason = path, reason
         super().__init__(f"mesh file {end_of(path)}: {reason}")
 
@@ -268,7 +262,6 @@ class FileFormatError(ModelError):
     """
 
     def __init__(self, path: str, reason: str) -> None:
-        """Name the file and the fault."""
         self.path, self.reason = path, reason
         super().__init__(f"{end_of(path)}: {reason}")
 
@@ -283,7 +276,6 @@ class UnsupportedJoint(ModelError):
         remedy: str = "write it as a chain of prismatic, revolute and continuous joints, "
         "one degree of freedom each",
     ) -> None:
-        """Name the joint and the remedy."""
         self.name = name
         super().__init__(f"joint {shown(name)} is of type {shown(joint_type)}; {remedy}")
 
@@ -313,7 +305,6 @@ class NativeCoresMissing(TrajoptError, ImportError):
     """
 
     def __init__(self, cores: Sequence[str]) -> None:
-        """Name the command that installs them."""
         self.cores = tuple(cores)
         super().__init__(
             f"trajopt's native cores ({', '.join(cores)}) are not compiled for this Python; install a wheel "
@@ -325,7 +316,6 @@ class MissingExtra(TrajoptError, ImportError):
     """An optional package is not installed; the message contains the command that installs it."""
 
     def __init__(self, package: str, extra: str) -> None:
-        """Name the package and its extra."""
         self.package, self.extra = package, extra
         super().__init__(f'{package} is not installed; run: pip install "trajopt-planner[{extra}]"')
 
@@ -345,7 +335,6 @@ class PlanningFailed(TrajoptError):
     """Raised by `Result.require` when there is no verified plan; carries the result."""
 
     def __init__(self, message: str, result: object) -> None:
-        """Keep the result."""
         self.result = result
         super().__init__(message)
 

@@ -46,7 +46,6 @@ class GridKinematics:
     """
 
     def __init__(self, statement: Statement, grid: Floats) -> None:
-        """Place all joints."""
         self.statement, self.grid = statement, grid
         self.motion = motion_on(statement, grid)
         count, joints = len(grid), statement.joints

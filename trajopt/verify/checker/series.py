@@ -40,7 +40,6 @@ class Series:
 
 
 def constant(value: Floats | float) -> Series:
-    """Return functions that do not change."""
     return Series((exactly(value),))
 
 

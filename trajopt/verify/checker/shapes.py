@@ -83,7 +83,6 @@ Shape: TypeAlias = Hull | Frustum | HalfSpace
 
 
 def read_shape(where: str, value: object) -> Shape:
-    """Take a shape."""
     kind, readers = KINDS[one_of(f"kind of {where}", mapping(where, value).get("kind"), KINDS)]
     return kind(*record(where, value, {"kind": text, **readers})[1:])
 

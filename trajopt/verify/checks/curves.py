@@ -46,7 +46,6 @@ class CurvePlaces:
     """
 
     def __init__(self, curve: Curve) -> None:
-        """Read the pieces."""
         self._pieces = curve.pieces
         self._edges = np.concatenate(((0.0,), np.cumsum([piece.length for piece in curve.pieces])))
         self._rates = np.array([_rates(piece) for piece in curve.pieces])

@@ -250,7 +250,6 @@ def _on_the_way(
     waypoints: Mapping[str, Sequence[Requirement]],
     partial: Sequence[During[Requirement] | During[SampledCheck]],
 ) -> list[Check]:
-    """Judge waypoints, and the requirements between them."""
     proven: list[During[Requirement]] = []
     sampled: list[During[SampledCheck]] = []
     for part in partial:

@@ -93,7 +93,6 @@ class Kinematics:
     """
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Read the joints, shared by all scenes."""
         self.reduced = reduced
         joints = reduced.derived_of_robot(_Joints.of)
         self.parents, self.revolute, self.axes, self.arm = (

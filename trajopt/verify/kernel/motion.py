@@ -96,7 +96,6 @@ class JudgedMotion:
         options: VerifyOptions,
         rests_after: bool = True,
     ) -> None:
-        """Differentiate the polynomials."""
         if trajectory.joint_names != reduced.joint_names:
             raise ProblemError(
                 f"the trajectory moves {', '.join(trajectory.joint_names)}, but group "

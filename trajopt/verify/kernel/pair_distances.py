@@ -325,7 +325,6 @@ class Surroundings:
     """Workspace for distances in a static scene and among dynamic obstacles; one per thread."""
 
     def __init__(self, kinematics: Kinematics, options: VerifyOptions) -> None:
-        """Pass the bodies to the judge's core."""
         self.still = self.distances = PairDistances(kinematics, error=options.distance_error)
         self._timed: TimedModel | None = kinematics.reduced.timed
         self._kinematics = kinematics

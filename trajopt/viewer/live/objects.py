@@ -59,7 +59,6 @@ class ObjectKind(Enum):
 
     @property
     def shape(self) -> Sized:
-        """The shape of a new one."""
         match self:
             case ObjectKind.BOX:
                 return Box(0.1, 0.1, 0.1)

@@ -66,7 +66,6 @@ class ShownPanel:
     """A tick for each."""
 
     def __init__(self, server: "ViserServer", changed: Callable[[Shown], None]) -> None:
-        """Add the controls."""
         plain = Shown()
         self._ticks = {
             name: server.gui.add_checkbox(label, getattr(plain, name), hint=hint)
@@ -215,7 +214,6 @@ class LiveView(Served):
     """
 
     def __init__(self, server: "GuardedServer", bench: Workbench) -> None:
-        """Draw the robot and the controls."""
         super().__init__(server)
         self._bench, self._desk = bench, Desk(self._say)
         self._reaching: Reaching | None = None

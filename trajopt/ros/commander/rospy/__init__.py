@@ -226,7 +226,6 @@ def _is_message(value: object, kind: type) -> bool:
 
 
 def _told(message: Any) -> str:
-    """Return the log text of a message."""
     if not isinstance(message, DisplayTrajectory) or not all(
         is_message(each, "joint_trajectory") for each in message.trajectory
     ):
