@@ -17,7 +17,7 @@ from trajopt.robot.joints import JointLimits
 from trajopt.tasks import AnyOrder, Dwell, MoveTo, PickObject, PlaceObject, Task, TaskResult, TaskStage
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of, pick_and_place
 from trajopt.tasks.grasping.simulation import Hold, simulate_handling
-from trajopt.tasks.jobs.tour import Tours, travel_time
+from trajopt.tasks.tour import Tours, travel_time
 from trajopt.values.arrays import Floats, Ints
 
 REST = 1e-3

@@ -53,7 +53,7 @@ if _TYPE_CHECKING:
     from trajopt.simulation import simulate as simulate
     from trajopt.tasks.cartesian import follow as follow
     from trajopt.tasks.grasping import pick_and_place as pick_and_place
-    from trajopt.tasks.jobs.task import Task as Task
+    from trajopt.tasks.task import Task as Task
     from trajopt.values import errors as errors
     from trajopt.values.errors import MissingExtra as MissingExtra
     from trajopt.values.errors import TrajoptError as TrajoptError
@@ -97,7 +97,7 @@ _NAMES_OF: _Mapping[str, str] = {
     "simulation": "render simulate",
     "tasks.cartesian": "follow",
     "tasks.grasping": "pick_and_place",
-    "tasks.jobs.task": "Task",
+    "tasks.task": "Task",
     "values.errors": "MissingExtra TrajoptError",
     "values.placement": "Placement placement",
     "values.shapes.clouds": "Points Voxels",

@@ -12,9 +12,9 @@ from trajopt.cli.problems import scene_around
 from trajopt.cli.progress import progress_line
 from trajopt.files.export import export as write_motion
 from trajopt.planning.plan import plan as plan_task
-from trajopt.tasks.jobs.result import TaskResult
-from trajopt.tasks.jobs.task import Task
-from trajopt.tasks.jobs.written import read_task
+from trajopt.tasks.result import TaskResult
+from trajopt.tasks.task import Task
+from trajopt.tasks.written import read_task
 from trajopt.values.documents.document import write_json
 
 task = typer.Typer(

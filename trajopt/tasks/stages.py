@@ -27,8 +27,8 @@ from trajopt.tasks.grasping.result import Refusal
 from trajopt.tasks.grasping.result import Stage as Step
 from trajopt.tasks.grasping.straight import along_line, track_line, with_room
 from trajopt.tasks.grasping.task import CandidateNames, PickPlaceTask, TimedConfiguration, later
-from trajopt.tasks.jobs.result import Handling, StageRefusal, StageRest, TaskSegment
-from trajopt.tasks.jobs.search import Leg, TaskSearch, TaskStage, TaskState, Way, in_sequence
+from trajopt.tasks.result import Handling, StageRefusal, StageRest, TaskSegment
+from trajopt.tasks.search import Leg, TaskSearch, TaskStage, TaskState, Way, in_sequence
 from trajopt.values.arrays import Floats, Value, number, one_of, sequence, several
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked

@@ -14,10 +14,10 @@ from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.straight import to_configuration
-from trajopt.tasks.jobs.result import StageRefusal
-from trajopt.tasks.jobs.search import TaskSearch, TaskStage, TaskState, Way, in_sequence
-from trajopt.tasks.jobs.stages import Dwell, Item, MoveTo, as_items, held_after_each
-from trajopt.tasks.jobs.tour import Tours, travel_time
+from trajopt.tasks.result import StageRefusal
+from trajopt.tasks.search import TaskSearch, TaskStage, TaskState, Way, in_sequence
+from trajopt.tasks.stages import Dwell, Item, MoveTo, as_items, held_after_each
+from trajopt.tasks.tour import Tours, travel_time
 from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.errors import ProblemError, shown
 

@@ -17,12 +17,12 @@ from trajopt.problem.problem import PathConstraint
 from trajopt.problem.stated import only_group
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.scene import Scene
+from trajopt.tasks.any_order import AnyOrder
 from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.task import later
-from trajopt.tasks.jobs.any_order import AnyOrder
-from trajopt.tasks.jobs.result import StageRefusal, TaskResult
-from trajopt.tasks.jobs.search import TaskSearch, TaskStage, TaskState, in_sequence
-from trajopt.tasks.jobs.stages import Fallback, OneOf, as_items
+from trajopt.tasks.result import StageRefusal, TaskResult
+from trajopt.tasks.search import TaskSearch, TaskStage, TaskState, in_sequence
+from trajopt.tasks.stages import Fallback, OneOf, as_items
 from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several, unless_none
 from trajopt.values.errors import ProblemError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked

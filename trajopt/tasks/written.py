@@ -8,13 +8,13 @@ import numpy as np
 from trajopt.problem.requirements import follows_curve
 from trajopt.problem.tool_speed import tool_speed
 from trajopt.scene.scene import Scene
+from trajopt.tasks.any_order import AnyOrder
 from trajopt.tasks.cartesian.curves import polyline, pose_of, read_poses
 from trajopt.tasks.cartesian.following import Begin, FollowOptions
 from trajopt.tasks.grasping.grasp import Place, grasps_of
 from trajopt.tasks.grasping.gripper import gripper_of
-from trajopt.tasks.jobs.any_order import AnyOrder
-from trajopt.tasks.jobs.search import TaskStage
-from trajopt.tasks.jobs.stages import (
+from trajopt.tasks.search import TaskStage
+from trajopt.tasks.stages import (
     AttachObject,
     DetachObject,
     Dwell,
@@ -27,7 +27,7 @@ from trajopt.tasks.jobs.stages import (
     PlaceObject,
     SetGripper,
 )
-from trajopt.tasks.jobs.task import Task
+from trajopt.tasks.task import Task
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.errors import TrajoptError
 from trajopt.values.placement import Placement, placement

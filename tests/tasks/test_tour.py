@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trajopt.robot.joints import JointLimits
-from trajopt.tasks.jobs.tour import Tours, travel_time
+from trajopt.tasks.tour import Tours, travel_time
 
 
 def drawn(seed: int, groups: int, nodes: int) -> Tours:

@@ -23,8 +23,8 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.grasping.task import ATTEMPTS, later
-from trajopt.tasks.jobs.result import Handling, StageRefusal, StageRest, TaskSegment
-from trajopt.tasks.jobs.tour import travel_time
+from trajopt.tasks.result import Handling, StageRefusal, StageRest, TaskSegment
+from trajopt.tasks.tour import travel_time
 from trajopt.values.arrays import Floats
 
 DEAD_ENDS = 4
