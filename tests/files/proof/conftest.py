@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import trajopt as to
-from trajopt.files.proof.checking import CHECKER
+from trajopt.files.proof.proof import CHECKER
 
 Document = dict[str, Any]
 

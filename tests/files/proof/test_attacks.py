@@ -15,7 +15,7 @@ import pytest
 
 from tests.files.proof.conftest import Checker, Document, Proof
 from tests.files.proof.dense import of_kind
-from trajopt.files.proof.checking import CHECKER
+from trajopt.files.proof.proof import CHECKER
 
 Change = Callable[[Document], object]
 

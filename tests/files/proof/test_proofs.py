@@ -12,7 +12,7 @@ import trajopt as to
 from tests.cli.process import trajopt
 from tests.files.proof.conftest import Checker, Proof, planar_problem, planned
 from trajopt.files.proof import save_proof
-from trajopt.files.proof.checking import CHECKER
+from trajopt.files.proof.proof import CHECKER
 from trajopt.problem.problem import named_problem
 from trajopt.values.errors import ProblemError
 

@@ -7,10 +7,10 @@ from typing import cast
 from trajopt.files.export.exporter import Exported as Exported
 from trajopt.files.export.exporter import Exporter as Exporter
 from trajopt.files.export.exporter import ModelExporter as ModelExporter
-from trajopt.files.export.mcap import Mcap
 from trajopt.files.export.sampled import Csv as Csv
 from trajopt.files.export.sampled import FollowJointTrajectory as FollowJointTrajectory
 from trajopt.files.export.sampled import JointTrajectory as JointTrajectory
+from trajopt.files.export.sampled import Mcap
 from trajopt.files.export.sampled import RobotTrajectoryMessage as RobotTrajectoryMessage
 from trajopt.files.export.urscript import Movej as Movej
 from trajopt.files.export.urscript import Servoj as Servoj

@@ -4,7 +4,7 @@
 `python -I trajopt/verify/checker` check it. The format is described in docs/proofs.md.
 """
 
-from trajopt.files.proof.checking import check_proof as check_proof
 from trajopt.files.proof.proof import SUFFIX as SUFFIX
 from trajopt.files.proof.proof import ProofSize as ProofSize
+from trajopt.files.proof.proof import check_proof as check_proof
 from trajopt.files.proof.proof import save_proof as save_proof

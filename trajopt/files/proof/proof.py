@@ -1,13 +1,16 @@
-"""Write a proof file: the statement, and the witness by which the checker sees that it is true."""
+"""Write a proof file, the statement and the witness by which the checker sees that it is true, and check one."""
 
 import hashlib
 import json
+import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+import trajopt.verify
 from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves
 from trajopt.files.proof.pairs import Pairs, proven_pairs
 from trajopt.files.proof.requirements import Shown
@@ -18,7 +21,7 @@ from trajopt.problem.problem import Problem
 from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.documents.files import written_whole
-from trajopt.values.errors import ProblemError
+from trajopt.values.errors import FileFormatError, ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.shapes.shapes import Mesh
 from trajopt.values.trajectory import Interpolation, Trajectory
@@ -191,3 +194,36 @@ def _witness(times: Floats, leaves: Leaves, grid: Floats, pairs: int) -> bytes:
         ("<u4", np.bincount(leaves.pair, minlength=pairs)),
     )
     return b"".join(np.asarray(column).astype(kind).tobytes() for kind, column in columns) + rows.tobytes()
+
+
+CHECKER = Path(trajopt.verify.__file__).parent / "checker"
+"""The folder of the checker."""
+PROVEN, REFUSED = 0, 1
+
+
+@dataclass(frozen=True)
+class CheckedProof:
+    """The answer of the checker.
+
+    Attributes:
+        proven: Whether the statement is proven.
+        words: The statement in words, and PROVEN or the first fault.
+    """
+
+    proven: bool
+    words: str
+
+
+def check_proof(path: Path | str) -> CheckedProof:
+    """Check a proof file.
+
+    Raises:
+        FileFormatError: If the file is not a proof of the format.
+    """
+    command = [sys.executable, "-I", str(CHECKER), str(path)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    if run.returncode not in (PROVEN, REFUSED):
+        raise FileFormatError(
+            str(path), run.stderr.strip().splitlines()[-1] if run.stderr.strip() else "is no proof"
+        )
+    return CheckedProof(run.returncode == PROVEN, run.stdout.rstrip("\n"))
