@@ -1,4 +1,4 @@
-"""Write a proof file, the statement and the witness by which the checker sees that it is true, and check one."""
+"""Write a proof file: the statement, and the witness by which the checker sees that it holds; and check one."""
 
 import hashlib
 import json
