@@ -123,6 +123,11 @@ bench-server: $(STAMP_DEV)
 bench-guard: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.guard --page benchmarks/README.md $(OPTIONS)
 
+# Whole tasks: the order of many holes, and a tray of parts. OPTIONS: --holes N, --parts N.
+.PHONY: bench-tasks
+bench-tasks: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.tasks --page benchmarks/README.md $(OPTIONS)
+
 # Bundles, warehouses and rows of campaigns with flipped bits, zeroed sectors and cut ends. OPTIONS: --each N.
 .PHONY: bench-damaged
 bench-damaged: $(STAMP_DEV)

@@ -1,4 +1,4 @@
-"""Write a proof file: the statement, and the witness by which the checker sees that it holds; and check one."""
+"""Write and check proof files: a statement, and the witness by which the checker sees that it holds."""
 
 import hashlib
 import json
