@@ -101,6 +101,19 @@ def test_the_trajectory_is_the_whole_task(carried: TaskResult, tmp_path: Path) -
     assert json.loads(json.dumps(carried.as_dict()))["verified"] is True
 
 
+def test_a_page_shows_each_motion_in_the_scene_of_its_time(carried: TaskResult) -> None:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    page = to.view(carried, port=8190)
+    try:
+        seen: list[int] = []
+        for stage in carried.stages:
+            page.show(0.5 * (stage.begin + stage.end))
+            seen.append(page.motion)
+        assert sorted(set(seen)) == list(range(len(carried.segments)))
+    finally:
+        page.close()
+
+
 def test_the_cup_ends_at_its_place_and_friction_alone_carries_it(carried: TaskResult) -> None:
     there = carried.final_scene.placement_of("cup", carried.final_positions)
     np.testing.assert_allclose(there.translation, (0.5, 0.25, 0.06), atol=2e-3)

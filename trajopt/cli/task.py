@@ -1,4 +1,4 @@
-"""`trajopt task`: check, plan and export a whole job that is written in YAML."""
+"""`trajopt task`: check, plan, view and export a whole job that is written in YAML."""
 
 import json
 from pathlib import Path
@@ -16,6 +16,7 @@ from trajopt.tasks.result import TaskResult
 from trajopt.tasks.task import Task
 from trajopt.tasks.written import read_task
 from trajopt.values.documents.document import write_json
+from trajopt.viewer.playback import view as view_motions
 
 task = typer.Typer(
     help="Plan a whole job: stages in YAML, in order or in the best order.",
@@ -75,6 +76,26 @@ def plan(
         write_json(out, result.as_dict())
     typer.echo(json.dumps(result.as_dict(), allow_nan=False) if as_json else str(result.explain()))
     raise typer.Exit(0 if result.verified else 1)
+
+
+@task.command()
+@options.robot_options
+def view(
+    robot: options.RobotSource,
+    job: JobArgument,
+    scene: OptionalScene = None,
+    port: options.PortOption = 8080,
+    host: options.HostOption = "127.0.0.1",
+    seconds: options.SecondsOption = None,
+) -> None:
+    """Plan a job and play it in the browser. Exit status 0, 1 no plan, 2 bad input."""
+    result = _planned(_read(robot, job, scene), improve=False, seconds=None)
+    typer.echo(str(result.explain()))
+    if not result.verified:
+        raise typer.Exit(1)
+    page = view_motions(result, port=port, host=host)
+    typer.echo(page.url)
+    page.wait(seconds)
 
 
 @task.command()

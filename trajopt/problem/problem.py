@@ -157,8 +157,14 @@ class Problem(Value):
         if self.start_acceleration:
             _ = self.start_accelerations
 
-    @cached_property
+    @property
     def reduced(self) -> ReducedModel:
+        """The robot with only the group's joints free."""
+        return self._reduced
+
+    @cached_property
+    def _reduced(self) -> ReducedModel:
+        # Apart from `reduced`, as a protocol's property matches no cached property.
         return reduce_model(self.scene, self.group, self.start_positions)
 
     @cached_property

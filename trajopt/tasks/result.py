@@ -46,6 +46,11 @@ class TaskSegment(Value):
     pauses: tuple[StageRest, ...] = ()
 
     @property
+    def title(self) -> str:
+        """The names of its stages."""
+        return ", ".join(self.stages)
+
+    @property
     def trajectory(self) -> Trajectory:
         return self.result.require().trajectory
 

@@ -1,9 +1,9 @@
-"""Playback: a slider over time, a button that plays, and a speed; and the page of one motion."""
+"""Playback: a slider over time, a button that plays, and a speed; and the pages of one or several motions."""
 
 import threading
 import time
-from collections.abc import Callable
-from typing import TYPE_CHECKING, overload
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol, cast, overload
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer.clearance import Nearest
-from trajopt.viewer.readout import clearance_html, joints_html
+from trajopt.viewer.readout import block_html, clearance_html, joints_html
 from trajopt.viewer.scene_view import SceneView
 from trajopt.viewer.server import Served, open_server
 
@@ -182,23 +182,53 @@ class PlayedPage(Served):
         """Stop following a run that goes on; other pages have nothing to leave."""
 
 
+class PlannedSegment(Protocol):
+    """One motion of a task, or of a pick and place, with its rest."""
+
+    @property
+    def title(self) -> str:
+        """The names of its stages."""
+        ...
+
+    @property
+    def result(self) -> Planned[ReducedModel]:
+        """The planning result."""
+        ...
+
+    @property
+    def duration(self) -> float:
+        """Of motion and rest [s]."""
+        ...
+
+
+class PlannedSequence(Protocol):
+    """Several motions one after the other: the result of a task, or of a pick and place."""
+
+    def require(self) -> Sequence[PlannedSegment]:
+        """Return the motions, or raise the reason why there are none."""
+        ...
+
+
 @overload
 def view(motion: Planned[ReducedModel], *, port: int = 8080, host: str = "127.0.0.1") -> "Viewer": ...
+@overload
+def view(motion: PlannedSequence, *, port: int = 8080, host: str = "127.0.0.1") -> "SequenceViewer": ...
 @overload
 def view(
     motion: ReducedModel, trajectory: Trajectory, *, port: int = 8080, host: str = "127.0.0.1"
 ) -> "Viewer": ...
 def view(
-    motion: Planned[ReducedModel] | ReducedModel,
+    motion: Planned[ReducedModel] | PlannedSequence | ReducedModel,
     trajectory: Trajectory | None = None,
     *,
     port: int = 8080,
     host: str = "127.0.0.1",
-) -> "Viewer":
-    """Serve a page that shows a plan, or any trajectory of a reduced model; returns immediately.
+) -> "Viewer | SequenceViewer":
+    """Serve a page that shows a plan, a task, or any trajectory of a reduced model; returns immediately.
 
     Args:
-        motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
+        motion: A plan, or a result that has one; the result of a task or of a pick and place; or the reduced
+            model (robot and scene) of a trajectory.
         trajectory: The motion of the group's joints; the plan's own if None.
         port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
@@ -212,7 +242,12 @@ def view(
         ProblemError: If the port cannot be opened on this host.
         ShapeError: If the trajectory moves other joints than the group's.
     """
-    reduced, trajectory = model_and_trajectory("view", motion, trajectory, ReducedModel)
+    if trajectory is None and not isinstance(motion, ReducedModel) and hasattr(motion, "require"):
+        plan = motion.require()
+        if isinstance(plan, Sequence):
+            return SequenceViewer(open_server(host, port), plan)
+    single = cast("Planned[ReducedModel] | ReducedModel", motion)
+    reduced, trajectory = model_and_trajectory("view", single, trajectory, ReducedModel)
     if trajectory.joint_names != reduced.joint_names:
         raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
     return Viewer(open_server(host, port), reduced, trajectory)
@@ -281,3 +316,58 @@ class Viewer(PlayedPage):
         positions = self._trajectory(t)
         self._clearance_text.content = clearance_html(self._scene.show(t, positions))
         self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)
+
+
+class SequenceViewer(PlayedPage):
+    """A page that shows several motions one after the other, each in the scene of its time.
+
+    Attributes:
+        url: Address of the page.
+    """
+
+    def __init__(self, server: "GuardedServer", segments: Sequence[PlannedSegment]) -> None:
+        """Draw the first scene and the controls; other scenes are drawn when they are first shown."""
+        from trajopt.simulation.sampled_motion import motion_of
+
+        super().__init__(server)
+        self._plans = [segment.result.require() for segment in segments]
+        self._titles = [segment.title for segment in segments]
+        ends = np.cumsum([segment.duration for segment in segments])
+        self._begins, self._duration = np.concatenate(([0.0], ends[:-1])), float(ends[-1])
+        self._scenes: dict[int, SceneView] = {}
+        longest = max(range(len(self._plans)), key=lambda index: self._plans[index].trajectory.duration)
+        plan = self._plans[longest]
+        self._shown(longest).look(motion_of(plan.problem.reduced, plan.trajectory), paths=False)
+        self._playback = Playback(server, self._duration, self._draw)
+        self._text = server.gui.add_html("")
+        self._clearance_text = server.gui.add_html("")
+        self._playback.refresh(0.0)
+
+    def __repr__(self) -> str:
+        return f"SequenceViewer({shown(self.url)}, {len(self._plans)} motions, {self._duration:.3g} s)"
+
+    @property
+    def motion(self) -> int:
+        """Index of the shown motion."""
+        return max(int(np.searchsorted(self._begins, self.time, side="right")) - 1, 0)
+
+    def _shown(self, index: int) -> SceneView:
+        """Return the scene of a motion, which alone is visible."""
+        plan = self._plans[index]
+        if index not in self._scenes:
+            first = plan.trajectory(0.0)
+            root = f"/motion {index}"
+            self._scenes[index] = SceneView(
+                self._server, plan.problem.reduced, first, duration=plan.trajectory.duration, root=root
+            )
+        for other, scene in self._scenes.items():
+            scene.drawing.show(other == index)
+        return self._scenes[index]
+
+    def _draw(self, t: float) -> None:
+        index = max(int(np.searchsorted(self._begins, t, side="right")) - 1, 0)
+        plan = self._plans[index]
+        since = min(t - float(self._begins[index]), plan.trajectory.duration)
+        nearest = self._shown(index).show(since, plan.trajectory(since))
+        self._text.content = block_html(f"Motion {index + 1} of {len(self._plans)}", [self._titles[index]])
+        self._clearance_text.content = clearance_html(nearest)

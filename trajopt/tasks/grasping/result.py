@@ -55,6 +55,11 @@ class Segment:
     rest: float = 0.0
 
     @property
+    def title(self) -> str:
+        """The names of its stages."""
+        return self.stage.name
+
+    @property
     def scene(self) -> Scene:
         return self.result.problem.scene
 
