@@ -14,6 +14,7 @@ from tests.problem.requirements.kind import kinds
 from tests.robot.test_robot import tetrahedron
 from trajopt.optimise.terms import Velocity
 from trajopt.simulation import Layout, SimulationOptions
+from trajopt.tasks import MoveTo
 from trajopt.tasks.cartesian import FollowOptions, polyline
 from trajopt.tasks.grasping import GraspingOptions, Place, grasps_of, gripper_of
 
@@ -100,6 +101,13 @@ def calls(folder: Path) -> dict[str, Sound]:
             {
                 "scene": scene, "group": "panda_arm", "start": "ready", "goal": problem.goal,
                 "constraints": [], "waypoints": [], "knots": 24, "velocity_scaling": 1.0,
+            },
+        ),
+        "Task": Sound(
+            to.Task,
+            {
+                "scene": scene, "group": "panda_arm", "start": "ready", "stages": [MoveTo("ready")],
+                "constraints": [], "blend": 0.0, "name": "task",
             },
         ),
         "Trajectory": Sound(

@@ -15,8 +15,8 @@ from tests.robots_for_tests import ODD_ARM
 from trajopt.optimise import kinematics
 from trajopt.robot.robot import FrameAttachment
 from trajopt.scene.reducing import reduce_model
-from trajopt.tasks import cartesian, grasping
-from trajopt.tasks.cartesian import arc_about, arc_through, circle, line, polyline, spline
+from trajopt.tasks import MoveObject, cartesian, grasping
+from trajopt.tasks.cartesian import arc_about, arc_through, circle, line, polyline, raster, spline
 from trajopt.tasks.grasping import Grasp, Place
 from trajopt.values.curve import Curve
 from trajopt.values.errors import ShapeError, SizeError
@@ -66,6 +66,7 @@ def beside(scene: to.Scene, at: Any) -> np.ndarray:
 
 
 BALL = to.Sphere(0.1)
+SHEET = to.Mesh(np.eye(3), np.array([(0, 1, 2)], dtype=np.int32))
 TAKEN: dict[str, Callable[[to.Scene, Any], Any]] = {
     "Scene.add": lambda scene, at: [
         scene.add("new", BALL, at).object("new").placement.homogeneous,
@@ -94,6 +95,8 @@ TAKEN: dict[str, Callable[[to.Scene, Any], Any]] = {
     "spline": lambda scene, at: ends(spline([at, FARTHER, to.placement()])),
     "arc_through": lambda scene, at: ends(arc_through(at, (0.4, 0.0, 0.5), FARTHER)),
     "arc_about": lambda scene, at: ends(arc_about(at, FARTHER, centre=centre(at))),
+    "raster": lambda scene, at: ends(raster(SHEET, 0, 0.1, at=at)[0]),
+    "MoveObject": lambda scene, at: MoveObject("box", at).placement.homogeneous,
     "circle": lambda scene, at: ends(circle(at, radius=0.1, rotation=np.eye(3))),
 }
 

@@ -32,7 +32,7 @@ from trajopt.tasks.search import Leg, TaskSearch, TaskStage, TaskState, Way, in_
 from trajopt.values.arrays import Floats, Value, number, one_of, sequence, several
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import Placement
+from trajopt.values.placement import PlacementLike, as_placement
 
 
 @checked
@@ -465,9 +465,15 @@ class MoveObject(Value):
     """
 
     object: str
-    placement: Placement
+    placement: PlacementLike
     seconds: float = 0.0
     name: str = ""
+
+    def __post_init__(self) -> None:
+        """Make the placement one."""
+        object.__setattr__(self, "placement", as_placement("placement", self.placement))
+        if number("seconds", self.seconds) < 0.0:
+            raise ProblemError(f"seconds must not be negative, is {self.seconds:g}")
 
     @property
     def default_name(self) -> str:

@@ -16,8 +16,8 @@ import pytest
 import trajopt as to
 from trajopt.lab.campaign import Campaign, CampaignFolder, Local, ProblemSource, installed, random_motions
 from trajopt.lab.campaign.campaign import CampaignTask
-from trajopt.lab.campaign.engine import MARK, Block, PlannedBlock, StartReport
-from trajopt.lab.campaign.supervisor import AHEAD, LETTERS, LocalPool, Worked, WorkerSupervisor, setup_of
+from trajopt.lab.campaign.engine import AHEAD, MARK, Block, PlannedBlock, StartReport
+from trajopt.lab.campaign.supervisor import LETTERS, LocalPool, Worked, WorkerSupervisor, setup_of
 from trajopt.lab.campaign.worker import BUNCH, serve
 from trajopt.values.errors import CampaignError
 

@@ -11,7 +11,7 @@ from trajopt.values.arrays import Bools, Floats, Ints, direction_of, floats, num
 from trajopt.values.curve import Curve
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import IDENTITY, Placement
+from trajopt.values.placement import IDENTITY, Placement, PlacementLike, as_placement
 from trajopt.values.shapes.mesh import Mesh
 
 BEND = np.deg2rad(20.0)
@@ -33,7 +33,7 @@ def raster(
     along: ArrayLike | None = None,
     margin: float = 0.0,
     bend: float = BEND,
-    at: Placement = IDENTITY,
+    at: PlacementLike = IDENTITY,
 ) -> tuple[Curve, ...]:
     """Return parallel rows over a face of a mesh, in turn forwards and backwards.
 
@@ -56,6 +56,7 @@ def raster(
     triangles = one_of("mesh", mesh, Mesh).triangles
     if not 0 <= face < len(triangles):
         raise ProblemError(f"face must be the index of one of {len(triangles)} triangles, is {face}")
+    where = as_placement("at", at)
     positive("spacing", spacing)
     if number("margin", margin) < 0.0:
         raise ProblemError(f"margin must not be negative, is {margin:g} m")
@@ -75,7 +76,7 @@ def raster(
         poses = [found for piece in pieces if (found := _poses(*piece, row, margin))]
         if place % 2:
             poses = [each[::-1] for each in poses[::-1]]
-        curves += [polyline([at * pose for pose in each]) for each in poses]
+        curves += [polyline([where * pose for pose in each]) for each in poses]
     if not curves:
         raise ProblemError(
             f"the face has no room for a row with a margin of {margin:g} m: give a smaller one"
