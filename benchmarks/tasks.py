@@ -229,7 +229,7 @@ def trays(count: int) -> str:
     singly = tray.singly()
     found = [
         tray.planned(blend=blend, improve=improve)
-        for blend, improve in ((0.0, False), (0.04, False), (0.04, True))
+        for blend, improve in ((0.0, False), (0.05, False), (0.05, True))
     ]
     rows = [
         (row.rule, f"{row.cycle:.1f}", f"{row.cycle / singly.cycle:.2f}", f"{row.cpu:.1f}")

@@ -123,6 +123,22 @@ def test_the_cup_ends_at_its_place_and_friction_alone_carries_it(carried: TaskRe
         carried.handling("table")
 
 
+def test_motions_of_other_stages_do_not_press(
+    cell: to.Scene, grasps: tuple[Grasp, ...], there: Place
+) -> None:
+    """To "extended" and up are motions of their own, before the pick and while the cup is carried."""
+    up = MoveTo(over(0.5, 0.0, 0.5), name="up"), Dwell(0.1)
+    stages = MoveTo("extended"), PickObject("cup", grasps), *up, PlaceObject("cup", there)
+    found = to.plan(task(cell, *stages))
+    handling = found.handling("cup")
+    assert found.segments[0].stages == ("move to extended",)
+    held = [segment.stage.holds for segment in handling.segments]
+    assert not any(held[: held.index(True)])
+    assert held.count(True) >= 2
+    assert not handling.segments[0].stage.holds
+    assert simulate_handling(handling).hold is Hold.HELD
+
+
 def test_a_task_is_faster_than_single_motions(cell: to.Scene) -> None:
     stops = over(0.5, 0.2), over(0.5, 0.0), over(0.5, -0.2, 0.4)
     through = to.plan(task(cell, *map(MoveTo, stops)))

@@ -246,13 +246,12 @@ class TaskResult(Value):
         item = self.handled[name]
         stages = [item.stage(segment) for segment in segments]
         last = max(index for index, stage in enumerate(stages) if stage is not None)
-        # Motions in between belong to other stages, during which the object is in the hand.
-        part = [
-            Segment(stage or Stage.CARRY, segment.result, segment.rest)
-            for stage, segment in zip(
-                stages[item.begin : last + 1], segments[item.begin : last + 1], strict=True
-            )
-        ]
+        part: list[Segment] = []
+        for index in range(item.begin, last + 1):
+            before = part[-1].stage if part else Stage.REACH
+            # Motions of other stages: the object is in the hand if it was before them.
+            other = Stage.CARRY if before.holds or before is Stage.CLOSE else before
+            part.append(Segment(stages[index] or other, segments[index].result, segments[index].rest))
         return PickPlaceResult(
             name=name,
             scene=item.scene,
