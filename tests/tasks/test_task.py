@@ -181,7 +181,26 @@ def test_an_earlier_choice_is_revised(cell: to.Scene) -> None:
     found = to.plan(task(room, Fallback([shut, beside]), MoveTo(over(0.45, 0.1), name="in")))
     assert found.verified, found.explain()
     assert found.final_scene.placement_of("door", found.final_positions).translation[1] == -0.6
-    assert [refusal.stage for refusal in found.refusals] == ["in"]
+    assert [refusal.stage for refusal in found.refusals] == ["in"], found.explain()
+
+
+def test_an_object_that_is_moved_onto_the_arm_is_refused(cell: to.Scene) -> None:
+    """Also by the last stage, after which no motion begins in that scene."""
+    room = cell.add("door", to.Box(0.2, 0.2, 0.2), to.placement((0.0, 0.9, 0.3)))
+    stages = MoveTo(over(0.45, 0.1)), MoveObject("door", to.placement((0.45, 0.1, 0.3)), name="shut")
+    found = to.plan(task(room, *stages))
+    assert found.status is Status.START_IN_COLLISION
+    assert "shut: the object meets the arm at rest" in found.reason
+
+
+def test_a_curve_among_moving_objects_is_refused(cell: to.Scene) -> None:
+    track = to.Track.constant_velocity(to.placement((0.9, 0.8, 0.6)), (0.0, -0.5, 0.0), end=20.0)
+    moving = cell.add("ball", to.Sphere(0.05), motion=track)
+    seam = to.follows_curve("panda_hand_tcp", line(over(0.4, 0.1), over(0.55, 0.1)))
+    with pytest.raises(
+        ProblemError, match="'follow': a task follows curves in static scenes only, and 'ball'"
+    ):
+        task(moving, FollowCurve(seam))
 
 
 def test_any_order_is_not_slower_than_the_given_one(cell: to.Scene) -> None:

@@ -7,6 +7,8 @@ from functools import partial
 import numpy as np
 
 from trajopt.geometry.geometry import supports
+from trajopt.planning.infeasibility import reasons
+from trajopt.planning.status import Status
 from trajopt.problem.problem import PathConstraint
 from trajopt.problem.requirements import FollowsCurve, Requirement
 from trajopt.problem.stated import GoalLike, stated_goal
@@ -30,9 +32,10 @@ from trajopt.tasks.grasping.task import CandidateNames, PickPlaceTask, TimedConf
 from trajopt.tasks.result import Handling, StageRefusal, StageRest, TaskSegment
 from trajopt.tasks.search import Leg, TaskSearch, TaskStage, TaskState, Way, in_sequence
 from trajopt.values.arrays import Floats, Value, number, one_of, sequence, several
-from trajopt.values.errors import ProblemError
+from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import PlacementLike, as_placement
+from trajopt.verify import Judge, Moment
 
 
 @checked
@@ -111,6 +114,11 @@ class FollowCurve(Value):
         del group
         for frame in (self.curve.frame, self.curve.reference):
             scene.holder(frame)
+        if scene.changing:
+            names = ", ".join(map(shown, scene.changing))
+            raise ProblemError(
+                f"a task follows curves in static scenes only, and {names} changes: follow it with `follow`"
+            )
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
@@ -488,8 +496,17 @@ class MoveObject(Value):
         there = search.rested(state, self.seconds, self.name)
         if isinstance(there, StageRefusal):
             yield there
+            return
+        moved = there.scene.move(self.object, self.placement)
+        reduced = search.reduced(later(moved, there.time), there.positions)
+        seen = Judge(reduced).examine(reduced.start_positions, moment=Moment.START)
+        if seen.collisions:
+            words = reasons.collisions(seen)
+            yield StageRefusal(
+                self.name, Status.START_IN_COLLISION, f"the object meets the arm at rest: {words}"
+            )
         else:
-            yield replace(there, scene=there.scene.move(self.object, self.placement))
+            yield replace(there, scene=moved)
 
 
 Cost = Callable[[Sequence[TaskSegment]], float]
