@@ -1,7 +1,7 @@
 """A supervisor drives a simulated robot, and replans when an obstacle appears on the way.
 
 In each cycle the next piece of the motion is proven together with a stop after it, so the robot can stop at
-all times. For a real arm, give the supervisor a driver in place of `SimulatedExecutor` (docs/execution.md).
+all times. For a real arm, give the supervisor a driver in place of `SimulatedExecutor` (docs/drivers.md).
 """
 
 import numpy as np

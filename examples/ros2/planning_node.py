@@ -4,7 +4,7 @@
 
 It subscribes to `/joint_states` and `/goal_pose` (`geometry_msgs/PoseStamped` of the group's tool, in a frame
 of the robot), and is a client of the controller's action `FollowJointTrajectory`. It needs ROS 2 and trajopt
-in one Python; the tests run it with stand-ins of ROS' modules. docs/execution.md has drivers that watch the
+in one Python; the tests run it with stand-ins of ROS' modules. docs/drivers.md has drivers that watch the
 robot.
 """
 

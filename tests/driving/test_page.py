@@ -1,4 +1,4 @@
-"""docs/execution.md, block by block, with a controller in MuJoCo."""
+"""The pages of driving, block by block, with a controller of its own time."""
 
 from pathlib import Path
 
@@ -48,6 +48,8 @@ def test_every_block(
     except to.MissingExtra as error:
         pytest.skip(str(error))
     controller, page = Controller(panda), Page("execution.md", tmp_path)
+    servo, drivers = Page("servo.md", tmp_path), Page("drivers.md", tmp_path)
+    servo.names = drivers.names = page.names
 
     def wait(seconds: float) -> None:
         """Let time pass; the driver's loop ticks every 4 ms, and is asked for states in between as well."""
@@ -70,10 +72,13 @@ def test_every_block(
     page.run("Moving goals")
     kinds = [event.kind for event in page.names["supervisor"].events]
     assert EventKind.REPLANNED in kinds and kinds[-1] is EventKind.REACHED
-    page.run("Servo")
+    servo.run("Servo")
     assert "no command for 0.1" in capsys.readouterr().out
-    page.run("Gamepads and streams")
-    page.run("A driver for your robot")
+    servo.run("Gamepads and streams")
+    capsys.readouterr()
+    servo.run("A learned policy")
+    assert "the first of the actions" in capsys.readouterr().out
+    drivers.run("A driver for your robot")
     said = capsys.readouterr().out
     assert "FAIL" not in said and said.count("ok ") >= 16
     driver, problem = page.names["driver"], page.names["problem"]
