@@ -189,7 +189,7 @@ def page(tallies: dict[str, Tally]) -> str:
             table(heads, [[way, *tally.row()] for way, tally in tallies.items()]),
             "",
             "CPU time of the thread in each stage, also relative to a plan from rest:",
-            f"{still:.1f} ms (this run), {1e3 * FIRST:.0f} ms (before the supervisor existed).",
+            f"{still:.1f} ms (this run), {1e3 * FIRST:.0f} ms (an older version).",
             f"*prove*: find, prove and commit a piece and its stop ({proofs:.2f} ms over all cycles).",
             "*re-check*: after a change of the scene, until the committed motion is proven again or a stop",
             f"is committed. *{ANSWERED}*: the cycle in which a box appears, without planning.",

@@ -32,7 +32,8 @@ PATTERNS = {
 """Phrase -> its pattern in lower case; docs/decisions/english.md has better words."""
 COMPILED = {name: re.compile(pattern) for name, pattern in PATTERNS.items()}
 WORD = re.compile(r"[a-z]+(?:'[a-z]+)?")
-CODE = re.compile(r"```.*?```|^(?: {4}|\t).*?$|`[^`]*`", re.DOTALL | re.MULTILINE)
+CODE = re.compile(r"```.*?```|^(?: {4}|\t).*?$|`(?:[^`\n]|\n(?!\s*\n))*`", re.DOTALL | re.MULTILINE)
+"""Blocks and spans of code; a span ends with its paragraph, so that a single backtick hides no text."""
 SENTENCE = 3
 """Spaces in a string that count as a message."""
 

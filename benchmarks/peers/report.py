@@ -28,18 +28,6 @@ SPREADS = {
     "mean_acceleration": ("acceleration", ("median", "most"), 1, ".2f"),
 }
 """Keys of spreads, with their columns: title, quantity, factor, form."""
-COLUMNS = """
-* *claimed*: the planner reports a solution. *path free*: the polyline is proven to be clear everywhere,
-  without a margin, and joins start and goal; in brackets: or touches by less than 1 mm. *motion free*: the
-  timed motion is. *limits proven*: position, velocity and acceleration limits hold at all times. *within
-  2 %*: within 2 % of them, accelerations averaged over 5 ms (toppra keeps limits at grid points only).
-  Shares are of all problems.
-* *CPU*: process time, median / p90 over all problems, failures included; *set-up* (building the scene) is
-  extra. A first, unmeasured problem warms up each planner.
-* *motion time*: duration relative to trajopt's, median over the problems (number in brackets) with both
-  motions free. *path rad*: length in joint space, median over free paths. *clearance*: least / median over
-  free ones. *acceleration*: largest mean over 5 ms as a multiple of the limit, median / most. trajopt's
-  motions also keep torque limits, which the others are not given."""
 
 
 def summary(records: Sequence[Record], reference: Sequence[Record]) -> Record:
@@ -140,28 +128,19 @@ def _numbers(spread: dict[str, float] | None, keys: Sequence[str], factor: float
 
 
 def section(document: Record) -> str:
-    """Return the section of the benchmarks' page: the tables, and the versions of the planners."""
+    """Return the section of the benchmarks' page: the tables, and their conditions."""
     left_out = document["left_out"]
     which = f"the first {document['limit']} of each of {len(document['sets'])} sets"
     if left_out:
         which += f", without {', '.join(left_out)} (start or goal beyond a limit or in collision)"
-    planners = document["planners"]
-    notes = (f"* **{planner['label']}**{_pins(planner)}: {planner['note']}" for planner in planners)
     return "\n".join(
         (
             f"{document['problems']} problems: {which}. {document['date']}; one run, one core, one process",
             f"at a time; at most {document['time_limit']:g} s a problem.",
             "",
-            tables(planners),
-            COLUMNS,
-            *notes,
+            tables(document["planners"]),
         )
     )
-
-
-def _pins(planner: Record) -> str:
-    pins = ", ".join(f"{name} {version}" for name, version in planner["versions"].items())
-    return f" ({pins})" if pins else ""
 
 
 def compact(label: str, record: Record) -> str:
