@@ -357,10 +357,8 @@ class Words:
 
     Attributes:
         source: A folder, a table, or the name of a generated or installed source.
-        robot: The robot, or None.
         shift: Largest shift of an object along each axis [m].
         turn: Largest turn of an object about the vertical [rad].
-        grid: Places of the base by axis [m, rad].
         limit: Largest number of problems of each set of a folder.
     """
 
@@ -378,13 +376,7 @@ class Words:
     limit: int | None
 
     def made(self) -> campaigns.ProblemSource:
-        """Return the source.
-
-        Raises:
-            NameNotFound: If there is neither a folder nor a source of that name.
-            ProblemError: If a needed option is missing.
-            FileFormatError: If a file is invalid.
-        """
+        """Return the source."""
         if Path(self.source).is_dir():
             return campaigns.from_folder(self.source, self._robot(), sets=self.sets, limit=self.limit)
         if Path(self.source).suffix == TABLE:
@@ -427,7 +419,6 @@ class Words:
 
 
 def steps(first: float, last: float, count: int) -> tuple[float, ...]:
-    """Return evenly spread numbers, both ends included."""
     if count < 1:
         raise ProblemError(f"a grid needs at least one step, {count} are given")
     return tuple(float(value) for value in np.linspace(first, last, count))

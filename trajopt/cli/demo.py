@@ -68,7 +68,6 @@ def demo(
 
 
 def _produce(plan: Plan, document: dict[str, object], out: Path) -> tuple[Rollout, dict[str, Path]]:
-    """Write trajectory and plot, and simulate."""
     reduced, trajectory = plan.problem.reduced, plan.trajectory
     files = {
         "plan": out / "plan.json",

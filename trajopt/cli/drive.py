@@ -51,7 +51,6 @@ class Watching:
     """The observer of a run, called after each cycle."""
 
     def __init__(self, viewer: RunViewer | None, publisher: RunPublisher | None = None) -> None:
-        """Record the run, optionally with a page and a publisher."""
         self._viewer, self._publisher, self._logbook = viewer, publisher, Logbook()
         self._begun: tuple[float, float] | None = None
 
@@ -70,13 +69,11 @@ class Watching:
         return self._logbook.recording if self._viewer is None else self._viewer.recording
 
     def linger(self, seconds: float | None) -> None:
-        """Keep the page open for some time [s], or until Ctrl-C if None."""
         if self._viewer is not None:
             self._viewer.wait(seconds)
 
 
 def say_where(url: str, *, as_json: bool, how: str = "open") -> None:
-    """Print the address of a page; with JSON on standard output, on standard error for a person."""
     if not as_json or sys.stderr.isatty():
         typer.echo(f"{how} {url} (Ctrl-C ends)", err=as_json)
 
@@ -177,7 +174,6 @@ def run(
 
 
 def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:
-    """Read the surprises, or draw one on the path of the plan."""
     if not words:
         return NONE
     if not words.startswith(RANDOM):
@@ -298,7 +294,6 @@ def _input(source: str, problem: Problem, frame: str, axes: str, port: int, host
 
 
 def _passing(arm: SimulatedExecutor, by_hand: bool) -> Callable[[float], None]:
-    """Return the clock of the loop: for a hand at most as fast as wall time."""
     begun, at = time.monotonic(), arm.now()
 
     def wait(seconds: float) -> None:

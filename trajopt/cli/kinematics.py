@@ -37,7 +37,6 @@ StateOption = Annotated[
 
 
 def sampled_model(source: RobotSource, scene: Path | None, group: str, state: str | None) -> ReducedModel:
-    """Load a robot in its scene with a group's joints free."""
     robot = source.load()
     if not group:
         if len(robot.groups) != 1:
@@ -48,7 +47,6 @@ def sampled_model(source: RobotSource, scene: Path | None, group: str, state: st
 
 
 def chosen_frame(reduced: ReducedModel, frame: str) -> str:
-    """Return the frame, by default the last link of the group."""
     tip = frame or end_link(reduced.scene.robot, reduced.group)
     if not tip:
         raise ProblemError(f"group {shown(reduced.group)} has no single end; name the frame with --frame")

@@ -124,7 +124,6 @@ def export(
 
 
 def _verified(plan: Path) -> Trajectory:
-    """Read a motion; from a file with a planning status only a verified one."""
     if is_bundle(plan):
         bundle = bundle_in(plan)
         if bundle.holds is not Holds.PLAN:

@@ -74,18 +74,12 @@ class Ending:
 
     Attributes:
         dwell: Time for which the robot stays clear at the goal [s].
-        finish_by: Deadline [s]; None without one.
     """
 
     dwell: float = 0.0
     finish_by: float | None = None
 
     def of(self, problem: Problem) -> Problem:
-        """Return a problem with these requirements.
-
-        Raises:
-            ProblemError: If a time is negative, or the deadline is not after the start.
-        """
         return replace(problem, dwell=self.dwell, finish_by=self.finish_by)
 
     def as_dict(self) -> dict[str, object]:
@@ -99,9 +93,7 @@ class RobotSource:
 
     Attributes:
         robot: Name of an installed robot or path of a URDF file.
-        limits: MoveIt's `joint_limits.yaml`.
         exact_meshes: Whether collision meshes stay triangles.
-        limit_jerk: Whether joints without a jerk limit get one.
     """
 
     robot: str
@@ -244,7 +236,6 @@ def robot_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def sources_of(robots: list[str], **stated: Any) -> list[RobotSource]:
-    """Return the sources of robots; options of a description belong to the only description."""
     described = [each for each in robots if Path(each).is_file()]
     if len(described) > 1 and (stated["srdf"] is not None or stated["limits"] is not None):
         raise ModelError(f"--srdf and --limits are of one robot, and {len(described)} descriptions are given")
@@ -256,7 +247,6 @@ def sources_of(robots: list[str], **stated: Any) -> list[RobotSource]:
 
 
 def _torque_scaling(path: Path, written: object) -> float:
-    """Return the factor in a file; missing for infinity, which JSON does not have."""
     found = inf if written is None else number_of(written)
     if found is None:
         raise FileFormatError(str(path), f"torque_scaling must be a number or null, is {shown(written)}")
@@ -280,7 +270,6 @@ def budget_of(
 def read_files(
     robot: Robot, scene: Path, request: Path, motions: Path | None = None
 ) -> tuple[SceneFile, RequestFile]:
-    """Read a scene, optionally the motions of its objects, and a request."""
     around = read_scene(scene, robot)
     if motions is not None:
         around = replace(around, scene=read_motions(motions, around.scene))

@@ -176,7 +176,6 @@ def _problem(
 
 
 def _in_joint_space(problem: Problem, length: float) -> str:
-    """Print the length of a path, with a unit if all joints of the group have the same."""
     units = {joint_unit(problem.scene.robot.model, joint) for joint in problem.reduced.joint_names}
     return f"{in_unit(length, units.pop()) if len(units) == 1 else f'{length:.3g}'} in joint space"
 

@@ -36,14 +36,12 @@ def is_bundle(path: Path) -> bool:
 
 @cache
 def bundle_in(path: Path) -> Bundle:
-    """Return a bundle, its meshes unpacked to a folder that is removed at the end of the process."""
     folder = mkdtemp(prefix="trajopt-")
     atexit.register(rmtree, folder, ignore_errors=True)
     return read_bundle(path, meshes=folder)
 
 
 def motion_in(path: Path) -> Trajectory:
-    """Return the motion in a file: a bundle, or any format of `read_trajectory`."""
     return bundle_in(path).require() if is_bundle(path) else read_trajectory(path)
 
 
@@ -54,9 +52,6 @@ def problem_of(
 
     Args:
         source: The robot; None if the file, a bundle or a plan's, contains everything.
-        scene: The scene, with a robot.
-        request: The request, with a robot.
-        motions: Motions of objects; for a plan's file instead of its own.
 
     Raises:
         FileFormatError: If something is missing or invalid.
@@ -104,8 +99,6 @@ class Ends:
     """Start and goal as written: a state, numbers of joints, or joint=position.
 
     Attributes:
-        goal: The goal; six numbers are a placement of the group's tool: x y z roll pitch yaw.
-        group: The planning group; may be empty for a robot with one group.
         degrees: Whether angles are in degrees instead of radians.
     """
 
@@ -115,12 +108,6 @@ class Ends:
     degrees: bool = False
 
     def problem(self, scene: Scene) -> Problem:
-        """Return the problem of moving from the start to the goal.
-
-        Raises:
-            ProblemError: If a word is neither a state nor a number nor joint=position.
-            TrajoptError: If the problem is not well stated; see `Problem`.
-        """
         numbers = _numbers(self.goal.split())
         goal: Placement | str | Sequence[float] | Mapping[str, float]
         if numbers is not None and len(numbers) == POSE:
@@ -142,7 +129,6 @@ class Ends:
 
 
 def scene_around(source: RobotSource, scene: Path | None, motions: Path | None) -> tuple[Scene, list[str]]:
-    """Return the robot in a scene, or alone, and notes on how files were read."""
     robot = source.load()
     read = None if scene is None else read_scene(scene, robot)
     around = Scene(robot) if read is None else read.scene
@@ -173,7 +159,6 @@ def _assigned(option: str, word: str) -> tuple[str, float]:
 
 
 def _numbers(words: Sequence[str]) -> list[float] | None:
-    """Return words as numbers; None if there are none or one is not a number."""
     try:
         return [float(word) for word in words] or None
     except ValueError:

@@ -33,7 +33,6 @@ class ProgressLine:
 
 @contextmanager
 def status_line(text: str) -> Generator[Callable[[str], None]]:
-    """Show a spinner with a text, and yield a function that changes it; silent without a terminal."""
     if not sys.stderr.isatty():
         yield lambda text: None
         return

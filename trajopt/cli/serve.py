@@ -87,11 +87,7 @@ class RosbridgeFace:
     token: str = ""
 
     def of(self, source: RobotSource, robot: Robot, names: tuple[str, ...]) -> "Face":
-        """Return the server for a robot.
-
-        Raises:
-            ModelError: If the robot has no URDF.
-        """
+        """Return the server for a robot."""
         from trajopt.ros.rosbridge import Distro, RobotDescription, RosbridgeOptions, serve_rosbridge
 
         description = RobotDescription.of(robot, source.srdf, source.package_dirs)
@@ -235,7 +231,6 @@ def stated(**limits: float | None) -> dict[str, Any]:
 
 
 def loaded(sources: list[RobotSource]) -> dict[str, Robot]:
-    """Return robots by their names for clients: the name of an installed one, or of the description."""
     robots: dict[str, Robot] = {}
     for source in sources:
         robot = source.load()

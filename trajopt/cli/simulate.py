@@ -100,7 +100,6 @@ def simulate(
 
 
 def _times(text: str) -> list[float] | None:
-    """Read the times of a picture; None if not given."""
     try:
         return [float(part) for part in text.split(",")] if text else None
     except ValueError:

@@ -103,7 +103,6 @@ def view(
 def _live(
     source: RobotSource, scene: Path | None, group: str, state: str | None, port: int, host: str
 ) -> LiveView:
-    """Open the page for planning by hand; the start is as named, as in the scene's file, or the default."""
     robot = source.load()
     if scene is None:
         return live_view(Scene(robot), group=group, start=state, port=port, host=host)
@@ -113,7 +112,6 @@ def _live(
 
 
 def _run(file: RecordingFile, path: Path, source: RobotSource | None, port: int, host: str) -> RunViewer:
-    """Show a recorded run, of the robot that is named or of that which the file names."""
     if source is None:
         if file.source is None:
             raise FileFormatError(str(path), f"does not say where {file.robot_name} is from; give --robot")

@@ -258,7 +258,6 @@ def _kind(name: str | None) -> EntryKind | None:
 
 
 def _day(text: str, *, end: bool = False) -> datetime | None:
-    """Return a time; for a date the beginning or end of the day."""
     if not text:
         return None
     try:
@@ -271,12 +270,7 @@ def _day(text: str, *, end: bool = False) -> datetime | None:
 
 @dataclass(frozen=True)
 class Given:
-    """The value on the command line.
-
-    Attributes:
-        srdf: With a description: its SRDF.
-        packages: With a description: folders of `package://` meshes.
-    """
+    """The value on the command line."""
 
     robot: str | None
     srdf: Path | None = None

@@ -35,12 +35,11 @@ class ActionChunk(Value):
     times: Floats
 
     def after(self, time: float) -> "ActionChunk":
-        """Return the targets later than a time [s]."""
         later = self.times > time
         return ActionChunk(self.targets[later], self.times[later])
 
     def slowed(self, begin: float, rate: float) -> "ActionChunk":
-        """Return the targets at later times: all intervals from a time on are divided by a rate below 1."""
+        """Divide all intervals from a time on by a rate below 1."""
         return ActionChunk(self.targets, begin + (self.times - begin) / rate)
 
     def target(self, time: float) -> tuple[Floats, Floats]:
@@ -95,7 +94,6 @@ def along_actions(
     regularisation, with q = q_0 + t v_0 + t^2 a_0 / 2 + B j.
 
     Args:
-        begin: Positions, velocities and accelerations, shape (3, n).
         time: Of that state, on the executor's clock [s].
         chunk: The actions, all later.
         deviation: Deviation from an action that weighs as much as a jerk J [rad | m].

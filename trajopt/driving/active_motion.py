@@ -136,8 +136,6 @@ class ActiveMotion(Printed):
         """Prove the next piece of a motion with a stop, and give it to the executor; return whether it is.
 
         Args:
-            begin: When the piece begins [s].
-            now: The time [s].
             delay: How much later than necessary it brakes [s].
         """
         after = min(self._horizon(now) + delay - intended.begin, intended.trajectory.duration)

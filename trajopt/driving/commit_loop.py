@@ -71,12 +71,7 @@ class Commitment(Printed):
 
     @staticmethod
     def at_rest(executor: Executor, problem: Problem) -> "Commitment":
-        """Take over a robot that is at rest.
-
-        Raises:
-            ProblemError: If the robot moves.
-            JointNotFound: If the executor does not drive a joint of the group.
-        """
+        """Take over a robot that is at rest."""
         state = executor.state()
         if np.abs(state.velocities).max() > REST:
             raise ProblemError("the robot is moving; it can be taken over only at rest")
@@ -234,8 +229,8 @@ class Commitment(Printed):
 class CommitLoop(Printed, ABC):
     """The common part of `Supervisor` and `Servo`.
 
-    In each turn the robot is compared with its committed motion. If the world has changed and the motion is
-    no longer proven, the robot stops.
+    Each turn compares the robot with its committed motion, and stops it if that is not proven in a changed
+    world.
     """
 
     executor: Executor
@@ -244,12 +239,6 @@ class CommitLoop(Printed, ABC):
     _cloud_stamps: dict[str, float] = field(default_factory=dict[str, float], init=False)
 
     def __post_init__(self) -> None:
-        """Take over the robot at rest.
-
-        Raises:
-            ProblemError: If the robot moves.
-            JointNotFound: If the executor does not drive a joint of the group.
-        """
         self._commitment = Commitment.at_rest(self.executor, self.problem)
 
     @property
@@ -291,7 +280,6 @@ class CommitLoop(Printed, ABC):
         """Replace the cloud of a camera, unless a newer one has arrived; all else stays as reported.
 
         Args:
-            cloud: In the world; None if the camera sees nothing.
             stamp: Time of the measurement, on the executor's clock [s]; now when None.
 
         Returns:

@@ -67,7 +67,7 @@ class _Piece:
 
 
 class CommittedMotion:
-    """The motions to which a robot is bound, one after the other, and rest after the last.
+    """The motions to which a robot is bound, and rest after the last.
 
     A splice replaces them in one step, so other threads may read meanwhile.
 
@@ -100,11 +100,6 @@ class CommittedMotion:
         return pieces[-1].end if pieces else -inf
 
     def __call__(self, time: float) -> Floats:
-        """Return positions, velocities and accelerations commanded at a time [s], shape (3, n).
-
-        Raises:
-            ShapeError: If the time is not a number.
-        """
         number("time", time, infinite=True)
         pieces, last = self._pieces, self._last
         if last is not None and last[0] is pieces and last[1] == time:
@@ -119,11 +114,6 @@ class CommittedMotion:
         return rows.copy()
 
     def positions(self, times: Floats) -> Floats:
-        """Return the commanded positions at k times on the clock [s], shape (k, n) [rad | m].
-
-        Raises:
-            ShapeError: If the times are not finite numbers in a row.
-        """
         at = floats("times", times, (None,))
         rows = np.tile(self(-inf)[0], (len(at), 1))
         for begin, motion in self.pieces:
@@ -133,13 +123,7 @@ class CommittedMotion:
 
     @checked
     def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:
-        """Return why a motion cannot be spliced in; empty if it can.
-
-        Args:
-            trajectory: Of some or all joints.
-            at: When it would begin [s].
-            earliest: Earliest begin [s].
-        """
+        """Return why a motion cannot be spliced in; empty if it can."""
         if at < earliest:
             return f"it comes {1e3 * (earliest - at):.1f} ms late"
         unknown = [name for name in trajectory.joint_names if name not in self.joint_names]
@@ -166,13 +150,7 @@ class CommittedMotion:
 
     @checked
     def splice(self, trajectory: Trajectory, at: float, *, now: float) -> None:
-        """Replace the motion from a time on, and drop ended motions.
-
-        Args:
-            trajectory: A motion without a `refusal`.
-            at: When it begins [s].
-            now: The time; motions that ended more than `REMEMBERED` before it are dropped [s].
-        """
+        """Replace the motion from a time on, and drop those ended for over `REMEMBERED`."""
         kept = [piece for piece in self._pieces if piece.begin < at]
         current = [number for number, piece in enumerate(kept) if piece.begin <= now - REMEMBERED]
         piece = _Piece(at, trajectory, self.joint_names, self(at)[0])
@@ -181,10 +159,6 @@ class CommittedMotion:
     @checked
     def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:
         """Return the rest from a time on as one motion; None if there is none.
-
-        Args:
-            time: On the clock [s].
-            joint_names: Joints of the result, in this order.
 
         Raises:
             JointNotFound: If one is not driven.

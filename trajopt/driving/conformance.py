@@ -1,4 +1,4 @@
-"""Conformance: tests of the rules that a supervisor requires of an executor, for your own driver."""
+"""Conformance: tests of the rules for executors, for your own driver."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -62,7 +62,6 @@ def conformance(
     Args:
         wait: Waits for a time [s]: `time.sleep`, or `advance` of a simulated one.
         step: Step of each joint [rad | m].
-        duration: Of the slow step [s].
         speed: Highest speed at which joints will be driven [rad/s | m/s].
 
     Raises:

@@ -38,9 +38,8 @@ class RobotState(Value):
 class Executor(Protocol):
     """Drives a robot along motions on one clock.
 
-    Every motion that it is given ends at rest, so the robot comes to rest as proven if no further motion
-    comes. `CommittedMotion` holds the motion, checks splices, and returns the commanded positions of each
-    period.
+    Every motion ends at rest, so the robot comes to rest as proven if no further one comes. `CommittedMotion`
+    holds the motion, checks splices, and returns the commanded positions.
     """
 
     @property
@@ -121,8 +120,6 @@ class IdealExecutor:
 
         Args:
             positions: Of the driven joints, shape (n,) [rad | m].
-            period: Time between commands [s].
-            latency: Least time from giving a motion to its beginning [s].
             clock: Returns the time [s]; if None, `advance` sets it.
         """
         self.joint_names, self.period, self.latency = joint_names, period, latency
@@ -132,7 +129,6 @@ class IdealExecutor:
         self._displaced: Floats = np.zeros(len(joint_names))
 
     def now(self) -> float:
-        """Return the time on its clock [s]."""
         return self._now if self._clock is None else self._clock()
 
     @checked
@@ -141,7 +137,6 @@ class IdealExecutor:
         self._now += seconds
 
     def state(self) -> RobotState:
-        """Return the present state."""
         now = self.now()
         positions, velocities, accelerations = self.committed(now)
         return RobotState(now, positions + self._displaced, velocities, accelerations, positions)
@@ -153,7 +148,6 @@ class IdealExecutor:
 
     @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on; return the reason of a refusal."""
         now = self.now()
         if self._fault:
             return self._fault
@@ -163,15 +157,12 @@ class IdealExecutor:
         return refused
 
     def stop(self) -> None:
-        """Come to rest without delay, as a robot without mass."""
         self.committed = CommittedMotion(self.joint_names, self.state().positions)
         self._displaced = np.zeros(len(self.joint_names))
         self._fault = STOPPED
 
     def fault(self) -> str:
-        """Return the reason why it does not follow."""
         return self._fault
 
     def clear_fault(self) -> None:
-        """Go on from the present position."""
         self._fault = ""

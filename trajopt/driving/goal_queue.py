@@ -103,7 +103,6 @@ class _PlanRequest(Printed):
     """The plan that is to be made for the present goal.
 
     Attributes:
-        goal: None if the active motion leads to the right one.
         not_before: Time of the next attempt [s]; infinite until the world changes.
         failed: When the last attempt failed [s].
         only_sooner: Whether the active motion only waits, and is replaced only by one that ends sooner.
@@ -155,7 +154,6 @@ class GoalQueue(Printed):
 
     @property
     def open(self) -> bool:
-        """Whether a goal is not reached."""
         goals = self._request.goal is not None or bool(self.later) or self.followed is not None
         return goals or self.active.intended is not None or self.active.pause is not None
 
@@ -164,28 +162,23 @@ class GoalQueue(Printed):
         return self._request.goal is not None and self._request.not_before == inf
 
     def go(self, goal: GuardedGoal) -> None:
-        """Go to a goal instead of all others."""
         self.clear()
         self._request.replace_goal(goal)
 
     def then(self, goal: GuardedGoal) -> None:
-        """Go to a goal after all others."""
         self.later.append(goal)
 
     def follow(self, followed: FollowedGoal) -> None:
-        """Follow a moving goal instead of all others."""
         self.clear()
         self.followed, self._request.not_before = followed, 0.0
 
     def clear(self) -> None:
-        """Drop all goals, but stay on the active motion."""
         self._request.fulfilled()
         self.followed, self._next.transition = None, None
         self.active.forget_pause()
         self.later.clear()
 
     def abandon(self) -> None:
-        """Drop all goals and the active motion."""
         self.clear()
         self._due.clear()
         self.active.leave()
@@ -272,11 +265,6 @@ class GoalQueue(Printed):
     def _begin_from_rest(
         self, goal: GuardedGoal, trajectory: Trajectory, at: float, asked: float
     ) -> float | None:
-        """Return when a motion from rest begins [s], later than planned if planning took longer.
-
-        With dynamic obstacles a later begin may not be proven: None, and the next plan is allowed twice the
-        time.
-        """
         commitment, now = self.commitment, self.commitment.executor.now()
         if commitment.soonest <= at:
             return at
@@ -289,7 +277,6 @@ class GoalQueue(Printed):
         return None
 
     def _returns_to_path(self, goal: GuardedGoal, at: float, result: Result) -> bool:
-        """Return the robot to its path after a stop off it, if it may not start at rest there."""
         commitment = self.commitment
         if result.status is not Status.START_BREAKS_CONSTRAINT:
             return False
@@ -378,7 +365,6 @@ class GoalQueue(Printed):
             self._extend(intended, now)
 
     def _extend(self, intended: IntendedMotion, now: float) -> None:
-        """Commit the next piece of the active motion."""
         active, journal, request = self.active, self.commitment.journal, self._request
         status = active.extend(now)
         if status is PieceStatus.UNPROVEN and not self._gave_up_begin(intended, now):

@@ -95,11 +95,6 @@ class GuardOptions:
     clock_tolerance: float = CLOCK_TOLERANCE
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ProblemError: If one is out of its range.
-        """
         at_least(self, 0.0, "lead", "clearance", "clock_tolerance")
 
 
@@ -143,7 +138,6 @@ class Guard(CommitLoop):
         """Take over the robot at rest.
 
         Args:
-            group: Joints that the policy moves.
             constraints: Path constraints, in addition to limits and clearances.
             frame: Tool of actions that are poses; the group's own if empty.
 
@@ -168,7 +162,6 @@ class Guard(CommitLoop):
 
     @property
     def seconds(self) -> dict[str, list[float]]:
-        """CPU times of the last decisions and ticks [s]."""
         return self._commitment.journal.seconds
 
     @property
@@ -245,7 +238,6 @@ class Guard(CommitLoop):
 
     @checked
     def see(self, scene: Scene, stamp: float | None = None) -> None:
-        """Report the world; the next call judges the committed motion in it. As for `CommitLoop.see`."""
         super().see(scene, stamp)
         self._near = self._commitment.approach_query(scene, self._braking, self.options.clearance)
 

@@ -34,12 +34,7 @@ SAMPLES = 400
 
 @dataclass(frozen=True)
 class SpeedScaling(Value):
-    """The clock of a motion whose rate changes once.
-
-    Attributes:
-        start: Time of the motion at the start [s].
-        change: How the rate changes; it then stays.
-    """
+    """The clock of a motion whose rate changes once."""
 
     start: float
     change: RateChange
@@ -72,7 +67,6 @@ def scale_speed(
 
     Args:
         planned: The motion, which ends at rest.
-        begin: Its time at the start of the rest [s], the rate of its clock and the slope of the rate [1/s].
         speed: Share of the planned speed, in (0, 1].
     """
     start, rate, slope = begin
@@ -129,7 +123,6 @@ class IntendedMotion(Value):
     """The whole motion to a goal, of which a piece at a time is committed.
 
     Attributes:
-        planned: The motion as planned, of the group's joints.
         trajectory: The motion as driven, at a speed scaling.
         begin: When it begins, on the executor's clock [s].
         held_back: Whether it waits or slows down for a dynamic obstacle.
@@ -165,7 +158,6 @@ class IntendedMotion(Value):
         return StopsAlong(self.trajectory, self.goal.problem.limits)
 
     def after(self, time: float) -> Trajectory:
-        """Return the rest of the motion from a time before its end, on the executor's clock [s]."""
         return self.trajectory.between(max(time - self.begin, 0.0), self.trajectory.duration)
 
     def at_speed(

@@ -51,11 +51,6 @@ class MotorJoint(Value):
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the scale.
-
-        Raises:
-            ProblemError: If it is 0.
-        """
         if not number("scale", self.scale):
             raise ProblemError("scale must not be 0")
 
@@ -64,8 +59,7 @@ class LeRobotController:
     """The motors of a LeRobot robot, as a controller for `StreamingExecutor`.
 
     Attributes:
-        others: Actions of features that are not guarded, such as a gripper's, sent with each command; at
-            first those that hold it where it is.
+        others: Actions sent with each command, by feature without guarded joint, such as a gripper's.
     """
 
     @checked
@@ -101,16 +95,10 @@ class LeRobotController:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Its joints."""
         return tuple(motor.joint for motor in self.motors.values())
 
     @checked
     def positions(self, values: Mapping[str, Any]) -> Floats:
-        """Return the joint positions of an observation or action, shape (n,) [rad | m].
-
-        Raises:
-            NameNotFound: If a feature is missing.
-        """
         for feature in self.motors:
             if feature not in values:
                 raise NameNotFound("feature", feature, values)
@@ -122,7 +110,6 @@ class LeRobotController:
         return dict(zip(self.motors, ((positions - self._offset) / self._scale).tolist(), strict=True))
 
     def measured(self) -> tuple[Floats, Floats]:
-        """Return the present positions and velocities."""
         self.observation = self._robot.get_observation()
         (before, old), now, new = self._last, self._clock(), self.positions(self.observation)
         moved, self._last = new - old, (now, new)
@@ -131,16 +118,13 @@ class LeRobotController:
 
     @checked
     def command(self, positions: Floats, velocities: Floats) -> None:
-        """Send positions."""
         del velocities
         self._robot.send_action({**self.values(positions), **self.others})
 
     def brake(self) -> None:
-        """Hold the present position."""
         self._robot.send_action({**self.values(self.measured()[0]), **self.others})
 
     def error(self) -> str:
-        """Return nothing: LeRobot's robots report errors by exceptions only."""
         return ""
 
     def reset(self) -> None:
@@ -160,11 +144,7 @@ class GuardedArm:
 
     @checked
     def __init__(self, controller: LeRobotController, guard: Guard, *, fps: float) -> None:
-        """Take over the executor of a guard.
-
-        Args:
-            controller: The motors that the executor of the guard drives.
-            fps: Actions per second [Hz].
+        """Take over the executor of a guard, driven by the controller, at `fps` actions per second [Hz].
 
         Raises:
             ProblemError: If the joints of the motors are not those of the guard's group, or `fps` is not

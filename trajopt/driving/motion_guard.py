@@ -125,12 +125,12 @@ class MotionGuard(Value):
 
 
 def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
-    """Return a problem that starts at rest in a configuration of all joints [rad | m], in a scene."""
+    """Return a problem that starts at rest at positions of all joints [rad | m], in a scene."""
     return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})
 
 
 def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: Scene) -> Problem:
-    """Return a problem that starts at rest in the configuration commanded at a time [s], in a scene."""
+    """Return a problem that starts at rest at the positions commanded at a time [s], in a scene."""
     positions = np.array(problem.start_positions)
     positions[scene.robot.index(committed.joint_names)] = committed(time)[0]
     return start_from(problem, scene.robot.followed(positions), scene)
@@ -170,7 +170,6 @@ def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floa
 
 
 def with_tracking_margin(scene: Scene, deviation: float) -> Scene:
-    """Return a scene whose clearances are increased by a tracking deviation [m]."""
     stated = scene.clearances
     wider = replace(
         stated,

@@ -39,7 +39,6 @@ class SupervisorOptions:
     """Options of a supervisor.
 
     Attributes:
-        cycle: Time between cycles [s].
         ahead: Time for which the robot is committed to its motion before it would brake [s]. A plan that
             takes no longer changes the motion without a stop; the longer, the later a stop begins.
         on_the_way: Whether to plan while the robot moves, or only when it is at rest.
@@ -59,11 +58,6 @@ class SupervisorOptions:
     clock_tolerance: float = CLOCK_TOLERANCE
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ProblemError: If one is not positive, or the patience or the clock tolerance is negative.
-        """
         for name in ("cycle", "ahead", "retry"):
             if not number(name, getattr(self, name)) > 0.0:
                 raise ProblemError(f"{name} must be positive, is {getattr(self, name):g}")

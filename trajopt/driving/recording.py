@@ -62,11 +62,7 @@ class Sighting(Value):
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RecordedDecision(Value):
-    """A decision of a guard.
-
-    Attributes:
-        time: When it was recorded, on the clock of the recording [s].
-    """
+    """A decision of a guard."""
 
     time: float
     decision: Decision
@@ -121,12 +117,6 @@ class Recording(Value):
     decisions: Sequence[RecordedDecision] = ()
 
     def __post_init__(self) -> None:
-        """Check the fields.
-
-        Raises:
-            ShapeError: If shapes do not match, or times do not increase.
-            ProblemError: If there is no world, or lists are out of order.
-        """
         times = floats("times", self.times, (None,))
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "start", floats("start", self.start, (None,)))
@@ -155,12 +145,10 @@ class Recording(Value):
 
     @property
     def begin(self) -> float:
-        """Time of the first sample [s]."""
         return float(self.times[0])
 
     @property
     def duration(self) -> float:
-        """Time from the first sample to the last [s]."""
         return float(self.times[-1] - self.times[0])
 
     @checked
@@ -169,11 +157,7 @@ class Recording(Value):
 
     @checked
     def at(self, time: float) -> RecordedMoment:
-        """Return the state at a time, interpolated between samples.
-
-        Args:
-            time: On the clock of the recording; clipped to its duration [s].
-        """
+        """Return the state at a time, interpolated between samples."""
         now = min(max(time, self.begin), float(self.times[-1]))
         sighted = bisect_right(self.sightings, now, key=lambda each: each.since)
         return RecordedMoment(
@@ -310,7 +294,6 @@ class Logbook:
 
     @property
     def duration(self) -> float:
-        """Time from the first sample to the last [s]; 0 without samples."""
         return self._times[-1] - self._times[0] if self._times else 0.0
 
     @property
@@ -339,7 +322,6 @@ class Logbook:
         self._start = robot.followed(start)
 
     def _note_motions(self, watched: Watched, now: float) -> None:
-        """Record motions that were committed since the last sample, and a new motion to the goal."""
         names, pieces = watched.problem.reduced.joint_names, watched.committed.pieces
         for begin, motion in pieces:
             if not any(motion is known for known in self._kept):
@@ -397,9 +379,8 @@ class RecordingFile(Value):
          "group": "panda_arm", "times": {"array": [...], "type": "float64"}, "committed": [...], ...
         }
 
-    The fields are named as in `trajopt.driving.Recording`, its motions, events and scenes;
-    `trajopt.values.documents.codec` describes the JSON of values. The robot is not included: a reader has it,
-    or loads it from its source, which is null or as `trajopt plan` writes it.
+    The fields are those of `Recording`; `trajopt.values.documents.codec` describes the JSON of values. The
+    robot is not included: a reader has it, or loads it from its source.
 
     Attributes:
         source: As given to `write_recording`; None if nothing was given.
@@ -438,11 +419,6 @@ class RecordingFile(Value):
         return RecordingFile(robot["name"].text(), cast("dict[str, object] | None", source), document)
 
     def read(self, robot: Robot) -> Recording:
-        """Read the recording.
-
-        Raises:
-            FileFormatError: If the robot is another one, or the file does not have the format.
-        """
         document = self.document
         joints = tuple(each.text() for each in document["robot"]["joints"].elements())
         if joints != robot.joint_names:

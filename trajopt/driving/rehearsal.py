@@ -152,7 +152,6 @@ def run(
     Args:
         problem: Its scene is the world as known before.
         surprises: Unannounced changes, which the supervisor sees with the delay of the sensors.
-        longest: Longest simulated time [s].
         tolerance: As for `SimulatedExecutor`; use the tolerance of your driver to rehearse with its margin.
         watch: Called after each cycle: `logbook.look`, for a view or a recording.
     """
@@ -177,11 +176,7 @@ def driven_by(
     tolerance: float | Floats = TOLERANCE,
     watch: Callable[[P], object] | None = None,
 ) -> RunReport:
-    """Drive a problem in simulation with any pilot, and measure the run; arguments as for `run`.
-
-    Args:
-        cycle: Time between cycles [s].
-    """
+    """Drive a problem in simulation with any pilot, and measure the run; arguments as for `run`."""
     world = surprises.world(problem.scene)
     arm = _KeepingMotions(
         world,

@@ -1,8 +1,8 @@
 """An executor in another process, so that a planner that dies does not affect the robot.
 
-The process of the robot calls `attend` repeatedly; the planning process makes a `RemoteExecutor` of its end
-of the connection (`multiprocessing.Pipe`). A request contains its number, the name of a method and the
-arguments; an answer that number, the result and an error message.
+The robot's process calls `attend` repeatedly; the planning process has a `RemoteExecutor` at its end of a
+`multiprocessing.Pipe`. A request contains its number, the name of a method and the arguments; an answer that
+number, the result and an error message.
 """
 
 from multiprocessing.connection import Connection
@@ -70,9 +70,7 @@ class RemoteExecutor:
     """An executor in another process.
 
     Attributes:
-        period: Time between commands [s].
         latency: Least time from giving a motion to its beginning, with the time of messages [s].
-        tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
     """
 
     def __init__(self, connection: "Connection[Any, Any]", *, delay: float = DELAY) -> None:
@@ -92,14 +90,12 @@ class RemoteExecutor:
         self.latency: float = latency + delay
 
     def now(self) -> float:
-        """Return the time on the robot's clock [s]."""
         return self._request("now")
 
     def state(self) -> RobotState:
         return RobotState(*self._request("state"))
 
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on; return the reason of a refusal."""
         rows = (
             trajectory.joint_names,
             *(
@@ -112,15 +108,12 @@ class RemoteExecutor:
         return self._request("splice", rows, at)
 
     def stop(self) -> None:
-        """Bring the robot to rest as fast as the driver can."""
         self._request("stop")
 
     def fault(self) -> str:
-        """Return the reason why the robot does not follow."""
         return self._request("fault")
 
     def clear_fault(self) -> None:
-        """Clear a fault at the present position of the robot."""
         self._request("clear_fault")
 
     def _request(self, name: str, *arguments: object) -> Any:

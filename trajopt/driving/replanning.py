@@ -58,7 +58,7 @@ class Transition(Value):
 
 
 def replan_from(active: ActiveMotion, goal: GuardedGoal, at: float, *, only_sooner: bool) -> Result:
-    """Plan to a goal from the state of the robot at a time on the executor's clock [s].
+    """Plan to a goal from the commanded state at a time on the executor's clock [s].
 
     If growing position errors prevent a proof up to the goal, a plan is made for the errors of the last
     report; it is followed as far as it is proven.
@@ -93,7 +93,6 @@ def retime_on_path(
 
     Args:
         here: From the state of the robot when the rest begins.
-        begin: When the rest begins, on the executor's clock [s].
         patience: It ends no later than this after the present motion [s].
     """
     timing = DynamicTiming.of(here, here.evaluator(here.reduced))

@@ -51,13 +51,6 @@ class Servo(CommitLoop):
     _speed: float = field(default=1.0, init=False)
 
     def __post_init__(self) -> None:
-        """Take over the robot at rest.
-
-        Raises:
-            ProblemError: If the robot moves.
-            JointNotFound: If the executor does not drive a joint of the group.
-            FrameNotFound: If the tool does not exist.
-        """
         super().__post_init__()
         self.frame = self.frame or tool_frame(self.problem.reduced)
         self.problem.reduced.attachment(self.frame)
@@ -67,7 +60,6 @@ class Servo(CommitLoop):
 
     @property
     def seconds(self) -> list[float]:
-        """CPU times of the last ticks [s]."""
         return self._commitment.journal.seconds.setdefault("tick", [])
 
     @property
@@ -122,7 +114,6 @@ class Servo(CommitLoop):
 
     @checked
     def see(self, scene: Scene, stamp: float | None = None) -> None:
-        """Report the world; the next tick judges the committed motion in it. As for `CommitLoop.see`."""
         super().see(scene, stamp)
         self._near = self._commitment.approach_query(scene, self._braking, self.options.clearance)
 

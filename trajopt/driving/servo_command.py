@@ -48,7 +48,6 @@ class Twist(Value):
 
     Attributes:
         linear: Velocity of the tool's origin, shape (3,) [m/s].
-        angular: Angular velocity, shape (3,) [rad/s].
         frame: Frame whose axes both refer to.
     """
 
@@ -104,12 +103,10 @@ class ServoOptions:
     """Options of a servo.
 
     Attributes:
-        period: Time between ticks, 2 to 10 ms [s].
         timeout: The robot stops if its last command is older than this [s].
         clearance: Distance kept in addition to the required clearances, for the stop, which is not straight
             [m].
         linear: Largest speed of a tool on its way to a pose [m/s].
-        angular: Largest angular speed of a tool on its way to a pose [rad/s].
         dead_zone: Subtracted from the size of each number of a command, in its units: sticks are inexact.
         scaling: Factor on commands, after the dead zone: for a stick from -1 to 1, the speed at its end.
         turning: Additional factor on the angular part of twists.
@@ -131,11 +128,6 @@ class ServoOptions:
     clock_tolerance: float = CLOCK_TOLERANCE
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ProblemError: If one is out of its range.
-        """
         if not FASTEST <= number("period", self.period) <= SLOWEST:
             raise ProblemError(f"period must be from {FASTEST:g} to {SLOWEST:g} s, is {self.period:g} s")
         above_zero(self, "timeout", "linear", "angular", "scaling", "turning")

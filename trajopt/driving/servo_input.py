@@ -123,7 +123,6 @@ def guide(
     Args:
         source: The input, which is not closed. `Recorder` records one.
         wait: Waits for a time [s]: `time.sleep` with a real arm, `arm.advance` with a simulated one.
-        longest: Largest duration [s].
         each: Called after each tick, for a view.
     """
     executor, period = servo.executor, servo.options.period
@@ -185,16 +184,10 @@ class Stream(Value):
 
     @property
     def duration(self) -> float:
-        """Time of the last order [s]; 0 if there is none."""
         return max((each.until for each in self.orders), default=0.0)
 
     @checked
     def write(self, path: Path | str) -> None:
-        """Write it as JSON, in the format of this module.
-
-        Raises:
-            FileFormatError: If it cannot be written.
-        """
         orders = [
             {
                 "at": each.at,
@@ -215,7 +208,6 @@ class Player:
 
     @checked
     def read(self, since: float) -> Order | None:
-        """Return the order at this time; the last one if several fall into a tick."""
         self._now = since
         orders, begun = self._stream.orders, self._next
         while self._next < len(orders) and orders[self._next].at <= since + ROUNDING:
@@ -230,7 +222,6 @@ class Player:
 
     @property
     def done(self) -> bool:
-        """Whether the stream has ended."""
         return self._now >= self._stream.duration - ROUNDING
 
     def close(self) -> None:
@@ -350,7 +341,6 @@ def _document(order: Order) -> dict[str, object]:
 FULL = 32767.0
 """Value of SDL for a stick at its end."""
 NOTCH = 0.1
-"""Change of the speed factor by the cross."""
 SLOWEST = 0.1
 """Least speed factor of the cross."""
 RELEASED = "the button was let go"
@@ -378,7 +368,6 @@ class Gamepad:
         """Open it.
 
         Args:
-            number: Index of the gamepad.
             frame: Frame of the axes: "world", or the tool.
 
         Raises:

@@ -77,12 +77,7 @@ STEP = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class VelocityTask(Value):
-    """The task of a command: matrix @ w close to the target, where w are the joint velocities.
-
-    Attributes:
-        matrix: Shape (k, n).
-        target: Shape (k,).
-    """
+    """The task of a command: matrix @ w close to the target, where w are the joint velocities."""
 
     matrix: Floats
     target: Floats
@@ -90,12 +85,7 @@ class VelocityTask(Value):
 
 @dataclass(frozen=True, eq=False)
 class ApproachLimits(Value):
-    """Limits on approach speeds: jacobian @ w >= lower, where w are the joint velocities.
-
-    Attributes:
-        jacobian: Shape (m, n).
-        lower: Shape (m,).
-    """
+    """Limits on approach speeds: jacobian @ w >= lower, where w are the joint velocities."""
 
     jacobian: Floats
     lower: Floats
@@ -127,11 +117,7 @@ class Braking:
         return slowest + float(self.delay.max())
 
     def bounds(self, state: Floats) -> tuple[Floats, Floats]:
-        """Return the bounds of velocities from which joints can brake before their limits.
-
-        Args:
-            state: Positions, velocities and accelerations, shape (3, n).
-        """
+        """Return the bounds of velocities from which joints can brake before their limits."""
         limits, period = self.limits, self.period
         position, _, acceleration = state
         most, change = limits.acceleration, limits.jerk * period
@@ -148,7 +134,6 @@ class Braking:
         return state[1] + self.period * (state[2] + acceleration) / 2.0 + acceleration * gone / 2.0
 
     def acceleration(self, state: Floats, settled: Floats) -> Floats:
-        """Return the accelerations at the tick's end from which joints settle at velocities."""
         jerk, half = self.limits.jerk, (self.period + TICK) / 2.0
         change = settled - state[1] - self.period * state[2] / 2.0
         size = np.abs(change)
@@ -179,12 +164,7 @@ class ApproachQuery:
     """Distances of a robot from its surroundings, and the allowed approach speeds."""
 
     def __init__(self, reduced: ReducedModel, braking: Braking, clearance: float) -> None:
-        """Prepare the queries.
-
-        Args:
-            reduced: Robot and scene, whose clock shows the `time` of `limits`.
-            clearance: Distance to keep in addition to the required clearances [m].
-        """
+        """Prepare the queries."""
         timed = reduced.timed
         whole = reduced if timed is None else timed.reduced
         self.query = evaluator(whole)
@@ -206,7 +186,6 @@ class ApproachQuery:
 
         Args:
             state: Positions, velocities and accelerations of the group's joints, shape (3, n).
-            time: On the scene's clock [s].
             bounds: Velocities at which joints can settle, shape (n,) each [rad/s | m/s]; if None, all that
                 their limits allow while they brake.
         """
@@ -245,11 +224,7 @@ class ApproachQuery:
 def settle(
     task: VelocityTask, approach: ApproachLimits, lower: Floats, upper: Floats, limits: JointLimits
 ) -> Floats | None:
-    """Return the velocities between bounds (n,) that follow a task best; None if there is no solution.
-
-    Args:
-        approach: Limits on approach speeds; if they cannot hold, they are violated as little as possible.
-    """
+    """Return the velocities between bounds (n,) that follow a task best; None if there is no solution."""
     middle, joints = (lower + upper) / 2.0, len(lower)
     matrix = np.concatenate((task.matrix, np.diag(1.0 / limits.velocity)))
     value = matrix @ middle - np.concatenate((task.target, np.zeros(joints)))

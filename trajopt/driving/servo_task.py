@@ -68,7 +68,6 @@ class Tool(Value):
 
     @cached_property
     def jacobian(self) -> Floats:
-        """Linear velocity, and angular velocity times `LENGTH`, by the group's joints, shape (6, n)."""
         return np.concatenate((self.linear, LENGTH * self.angular), axis=1).T @ self.mimic
 
     def task(self, twist: Floats) -> VelocityTask:
@@ -122,7 +121,6 @@ def _as_lengths(twist: Floats) -> Floats:
 
 
 def _across(vector: Floats) -> Floats:
-    """Return the matrix X with a @ X = a x vector."""
     return (vector @ _ACROSS).reshape(3, 3)
 
 
@@ -139,11 +137,7 @@ def _chains(reduced: ReducedModel) -> tuple[Ints, ...]:
 
 
 def values_of(command: Command, reduced: ReducedModel, options: ServoOptions) -> Floats:
-    """Return the shaped numbers of a command: (6,) of a twist, (n,) of joints, (0,) of a pose.
-
-    Raises:
-        JointNotFound: If a joint does not belong to the group.
-    """
+    """Return the shaped numbers of a command: (6,) of a twist, (n,) of joints, (0,) of a pose."""
     if isinstance(command, Twist):
         shaped = _shaped(np.concatenate((command.linear, command.angular)), options)
         shaped[3:] *= options.turning

@@ -52,11 +52,6 @@ class Fault(Value):
     size: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check interval and joint.
-
-        Raises:
-            ProblemError: If the interval is empty, or a joint is missing or superfluous.
-        """
         if not number("begin", self.begin) < number("end", self.end):
             raise ProblemError(
                 f"a fault must end after it begins; begin {self.begin:g} s, end {self.end:g} s"
@@ -122,8 +117,6 @@ class SimulatedExecutor:
 
     Attributes:
         joint_names: Driven joints: all that do not mimic another.
-        period: Time step of the physics and of the controller [s].
-        latency: Least time from giving a motion to its beginning [s].
         tolerance: Largest measured tracking error of each joint, shape (n,) [rad | m].
         committed: The motion that it holds.
     """
@@ -147,11 +140,8 @@ class SimulatedExecutor:
             world: The real world; its clock is the executor's.
             positions: Of all joints, shape (number of joints,) [rad | m]; a joint that starts outside its
                 limits is held there.
-            latency: Least time from giving a motion to its beginning [s].
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m]; the
                 error of the sensors is added.
-            options: Time step and gains.
-            clock: Returns the time [s].
 
         Raises:
             ModelError: If the robot has no masses.
@@ -182,7 +172,6 @@ class SimulatedExecutor:
         self._measure()
 
     def now(self) -> float:
-        """Return the time on its clock [s]."""
         self._catch_up()
         return self._steps * self.period if self._clock is None else self._clock() - self._origin
 
@@ -205,7 +194,6 @@ class SimulatedExecutor:
 
     @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on; return the reason of a refusal."""
         now = self.now()
         if self._fault:
             return self._fault
@@ -216,7 +204,6 @@ class SimulatedExecutor:
         return refused
 
     def stop(self) -> None:
-        """Brake all motors as hard as possible."""
         self._catch_up()
         if self._braked is None:  # otherwise it brakes already, or is at rest
             self._braked = self.committed(self._steps * self.period)[:2]
@@ -237,15 +224,9 @@ class SimulatedExecutor:
 
     @checked
     def change(self, world: Scene, *, begin: float, duration: float = inf) -> None:
-        """Replace the world; contacts are counted from then on.
+        """Replace the real world, whose clock shows 0 at `begin` [s]; contacts are counted from then on.
 
-        Args:
-            world: The real world from now on, with attached objects.
-            begin: Time of the executor's clock at which the world's clock shows 0 [s].
-            duration: Of the motion that begins then, to whose ends contact allowances refer [s].
-
-        Raises:
-            ProblemError: If the world has another robot.
+        Contact allowances refer to the ends of a motion of this duration [s].
         """
         self._catch_up()
         if world.robot.joint_names != self._world.robot.joint_names:
@@ -319,7 +300,6 @@ class SimulatedExecutor:
     def _moves_itself(
         self, followed: Floats, rates: Floats, touching: Mapping[tuple[str, str], float]
     ) -> bool:
-        """Return whether the robot moves, other than being pushed at rest."""
         if np.abs(followed[1]).max() > MOVING:
             self._pushed = False
             return True
@@ -336,7 +316,6 @@ class SimulatedExecutor:
         return self._reference[1]
 
     def _followed(self, now: float) -> Floats:
-        """Return the reference of the controller, shape (3, n)."""
         if self._braked is not None:
             positions, rates = self._braked
             rates = BRAKE * rates

@@ -67,7 +67,6 @@ def soonest_stop(
 
     Args:
         world: The world as last reported.
-        begin: When the stop begins, on the executor's clock [s].
         here: The requirements, with the configuration of the robot at that time.
         ahead: The committed motion from that time; it ends at rest.
         along: The earliest stop on the path of the motion; None if there is none.
@@ -111,7 +110,6 @@ def evading_stops(
     """Yield stops that turn away from obstacles first; none if the robot is too near when they begin.
 
     Args:
-        begin: When the stop begins, on the executor's clock [s].
         here: The requirements, with the configuration of the robot at that time.
         stop: A stop that comes too near to an obstacle.
     """

@@ -1,4 +1,4 @@
-"""Executor of a robot whose controller takes a position in each period, such as a servo interface."""
+"""Executor of a robot whose controller takes a position in each period."""
 
 import time
 from collections.abc import Callable
@@ -47,9 +47,6 @@ class StreamingExecutor:
     it. If the loop ends, a controller holds the last position, which lies on a proven motion.
 
     Attributes:
-        joint_names: Driven joints.
-        period: Time between commands [s].
-        latency: Least time from giving a motion to its beginning [s].
         tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
         committed: The motion that it holds.
     """
@@ -71,7 +68,6 @@ class StreamingExecutor:
         Args:
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m].
                 `conformance` reports a tolerance that is too small.
-            period: Time between commands [s].
             lag: Time by which the positions are behind the commands, in addition to a period [s].
             silence: Longest time without a tick before a fault is reported [s]; a motion does not go on
                 after it, because the robot would jump.
@@ -101,11 +97,9 @@ class StreamingExecutor:
         self._stamp = self._ticked
 
     def now(self) -> float:
-        """Return the time on its clock [s]."""
         return self._clock()
 
     def state(self) -> RobotState:
-        """Return the last measured state; accelerations are the commanded ones."""
         with self._lock:
             stamp, (positions, velocities) = self._stamp, self._measured
             commanded, _, accelerations = self.committed(stamp)
@@ -113,7 +107,6 @@ class StreamingExecutor:
 
     @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on; return the reason of a refusal."""
         if refused := self.fault():
             return refused
         with self._lock:
@@ -144,7 +137,6 @@ class StreamingExecutor:
             self._ticked = now
 
     def stop(self) -> None:
-        """Bring the robot to rest as fast as the controller does."""
         self._failure = self._failure or STOPPED
         with self._calls:
             try:
@@ -153,17 +145,11 @@ class StreamingExecutor:
                 self._failure = _words(error)
 
     def fault(self) -> str:
-        """Return the reason why the robot does not follow."""
         if self._failure:
             return self._failure
         return self._silent(self.now()) or self._controller.error()
 
     def clear_fault(self) -> None:
-        """Go on from the present position.
-
-        Raises:
-            Exception: An error of the controller; the fault then remains.
-        """
         with self._calls, self._lock:
             self._controller.reset()
             self._measured = self._measure()
@@ -172,7 +158,6 @@ class StreamingExecutor:
             self._stamp = self._ticked
 
     def __enter__(self) -> Self:
-        """Call `tick` in a thread."""
         self._ended.clear()
         self._thread = Thread(target=self._run, name="executor", daemon=True)
         self._thread.start()
@@ -181,7 +166,6 @@ class StreamingExecutor:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the thread, and stop the robot."""
         self._ended.set()
         if self._thread is not None:
             self._thread.join()

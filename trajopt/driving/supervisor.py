@@ -24,7 +24,6 @@ from trajopt.values.placement import IDENTITY, PlacementLike, as_placement
 
 DEFAULT = SupervisorOptions()
 SLOW = 1e-2
-"""Joint speed at which a robot counts as at rest by its sensors [rad/s | m/s]."""
 
 
 @checked
@@ -42,24 +41,16 @@ class Supervisor(CommitLoop):
     _goals: GoalQueue = field(init=False)
 
     def __post_init__(self) -> None:
-        """Take over the robot at rest.
-
-        Raises:
-            ProblemError: If the robot moves.
-            JointNotFound: If the executor does not drive a joint of the group.
-        """
         super().__post_init__()
         self._active = ActiveMotion(self._commitment, self.options)
         self._goals = GoalQueue(self._commitment, self._active, self.options)
 
     @property
     def seconds(self) -> dict[str, list[float]]:
-        """Last CPU times of each stage [s]."""
         return self._commitment.journal.seconds
 
     @property
     def intended(self) -> IntendedMotion | None:
-        """The motion to the goal; None if the robot is on none."""
         return self._active.intended
 
     @property

@@ -130,7 +130,6 @@ class UrController:
         return UrController(control, receive, period=period, lookahead=lookahead, gain=gain)
 
     def measured(self) -> tuple[Floats, Floats]:
-        """Return the present positions and velocities."""
         return np.array(self._receive.getActualQ()), np.array(self._receive.getActualQd())
 
     @checked
@@ -146,11 +145,9 @@ class UrController:
             raise ExecutionError(f"the arm does not take servoJ: {self.error() or 'no reason is known'}")
 
     def brake(self) -> None:
-        """Leave servo mode and decelerate."""
         self._control.servoStop(self._deceleration)
 
     def error(self) -> str:
-        """Return the reason why the arm does not follow."""
         if not self._receive.isConnected():
             return "the connection to the arm is lost"
         if self._receive.isEmergencyStopped():

@@ -24,10 +24,6 @@ class WorldSnapshot(Value):
     def updated(self, scene: Scene, stamp: float) -> "WorldSnapshot":
         """Return the next snapshot.
 
-        Args:
-            scene: Its clock shows 0 at the time of the stamp.
-            stamp: On the executor's clock [s].
-
         Raises:
             ProblemError: If the scene belongs to another robot.
         """

@@ -157,10 +157,7 @@ def reach_map(
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
-        frame: Link, tool frame or attached object.
-        count: Drawn configurations; those in collision are left out of the map.
-        cell: Edge of a cell [m].
-        directions: Number of directions into which the sphere around each cell is divided.
+        count: Drawn configurations; the map omits those in collision.
         approach: Axis of the frame whose direction is counted, shape (3,).
         reference: The reference frame of positions and directions.
         margin: Clearance to keep from everything [m]; the scene's own margins if None.
@@ -359,7 +356,6 @@ def sample_table(
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
-        frame: Link, tool frame or attached object.
         reference: The reference frame of placements.
         margin: Clearance of a clear configuration [m]; the scene's own margins if None.
         only_clear: Whether to draw until `count` rows are clear; otherwise rows in collision count too.

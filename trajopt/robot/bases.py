@@ -32,10 +32,6 @@ class BaseJoint:
     Attributes:
         suffix: Suffix of its name after that of the base, such as "/x".
         axis: Its axis in the frame of the previous joint, shape (3,).
-        lower: Its lower limit [rad | m]; ignored for a continuous joint.
-        upper: Its upper limit [rad | m].
-        velocity: Its largest speed [rad/s | m/s].
-        acceleration: Its largest acceleration [rad/s^2 | m/s^2].
     """
 
     suffix: str
@@ -72,7 +68,6 @@ class RobotBase:
     Attributes:
         name: The joint between the two in MoveIt's files; may be empty.
         frame: The world frame in MoveIt's files; may be empty.
-        joints: Names of the joints that move the base, from the world to the robot; empty if it is fixed.
         drift: Largest deviation of a rolling base from the planned motion [m].
     """
 
@@ -124,8 +119,7 @@ def planar_base(
     would deviate from the planned motion by at most `drift`. Bodies are judged at their planned places.
 
     Args:
-        lower: Least x and y, shape (2,) [m].
-        upper: Largest x and y, shape (2,) [m].
+        lower: Least x and y, shape (2,) [m]; `upper` the largest.
         velocity: Largest speed along x and along y [m/s], and of yaw [rad/s], shape (2,).
         acceleration: Largest acceleration along x and along y [m/s^2], and of yaw [rad/s^2], shape (2,).
         yaw: Least and largest yaw, shape (2,) [rad]; unlimited if None.
@@ -178,10 +172,7 @@ def rail(
 
     Args:
         axis: Its direction in the world, shape (3,); scaled to length one.
-        lower: Least travel; at zero the robot is at the origin [m].
-        upper: Largest travel [m].
-        velocity: Largest speed [m/s].
-        acceleration: Largest acceleration [m/s^2].
+        lower: Least travel [m], as `upper`; at zero the robot is at the origin.
         name: Name of the joint; by default that of the SRDF's virtual joint, or else "rail".
         groups: Groups that move the robot along it, in addition to those of the SRDF.
 

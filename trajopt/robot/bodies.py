@@ -85,11 +85,7 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
 
 
 def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy) -> Cover:
-    """Return the shapes that represent a mesh file, from the cache folder if they were computed before.
-
-    Args:
-        scale: Factors along x, y, z, as in a URDF.
-    """
+    """Return the shapes that represent a mesh file, from the cache folder if they were computed before."""
     if policy.exact or path.suffix.lower() not in ALONE or not path.is_file():
         return cover_mesh(load_mesh(path, scale), policy)
 
@@ -173,9 +169,7 @@ def convex_pieces(
 
     Args:
         mesh: Closed or open, of one or many parts, which may overlap.
-        hull_excess: Share of the mesh's volume that its hull may add.
         tolerance: Largest protrusion of pieces [m].
-        max_pieces: Largest number of pieces before merging.
     """
     if not len(mesh.faces):
         raise ShapeError("mesh", "has no face, so there is nothing to cover")
@@ -225,7 +219,6 @@ def _extreme(points: Floats) -> Floats:
 
 
 FIRST = 1.0
-"""Shorter times are not reported [s]."""
 _EVERY = 2.0  # between two lines [s]
 _LOG = logging.getLogger("trajopt.robot")
 

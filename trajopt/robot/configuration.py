@@ -113,11 +113,7 @@ def _missing(robot: Robot, group: str, count: int) -> str:
 
 
 def initial_positions(robot: Robot) -> Floats:
-    """Return the default configuration: each group in its first named state.
-
-    Returns:
-        Positions, shape (number of joints,) [rad | m]; joints of no group with a state at their default.
-    """
+    """Return the default positions (n,) [rad | m]: each group in its first named state."""
     chosen: dict[str, float] = {}
     for group in robot.groups:
         name = next((state for owner, state in robot.states if owner == group), None)

@@ -32,7 +32,6 @@ def joint_unit(model: pin.Model, joint: str, *, order: int = 0) -> str:
     """Return the unit of a joint's position or its derivative.
 
     Args:
-        joint: Name of one of its movable joints.
         order: 0 position, 1 velocity, 2 acceleration, 3 jerk.
     """
     kind = str(model.joints[model.getJointId(joint)].shortname())

@@ -186,7 +186,6 @@ def read_config_folder(folder: Path, package_dirs: Sequence[Path] = ()) -> Confi
 
 
 def _stated(noted: Path) -> dict[str, dict[str, Any]]:
-    """Return the content of `.setup_assistant` in lower case: its versions write URDF and urdf."""
     from trajopt.values.documents.yaml_files import read_yaml  # slow to import
 
     content = next(iter(read_yaml(noted)), None)

@@ -134,11 +134,9 @@ class Robot(Value):
         model: Pinocchio's model of all joints; never changed.
         joint_names: All movable joints, mimic and passive joints included.
         limits: Of all movable joints.
-        groups: Planning groups by name.
         states: Named joint positions by (group, state).
         passive_joints: Joints without a drive.
         disabled_pairs: Link pairs never checked for collision.
-        mimics: Mimic joints, each with the joint at the head of its chain.
         frames: Tool frames by name, in addition to the links.
         visuals: Visual elements of all links, for viewers.
         mesh_notes: A note on the cover of each link's mesh (hull, convex pieces, exact mesh).
@@ -223,19 +221,14 @@ class Robot(Value):
     ) -> Robot:
         """Make a robot from Pinocchio's model, which is copied, and its collision geometry.
 
-        No joint mimics another: Pinocchio's model does not contain mimics. Collision pairs of the geometry
-        model are ignored; allow contacts in an SRDF.
+        Further arguments are as for `from_urdf`. No joint mimics another: Pinocchio's model does not contain
+        mimics. Collision pairs of the geometry model are ignored; allow contacts in an SRDF.
 
         Args:
             model: Revolute, continuous and prismatic joints on a fixed base.
-            collision_model: Shapes of the links; None for a robot without shapes.
             groups: Name -> joint names, or a pair (base link, tip link), in addition to those of the SRDF;
                 without either every joint is in a group named "all".
-            srdf: As for `from_urdf`.
-            limits: As for `from_urdf`.
-            frames: As for `from_urdf`.
             name: A name instead of the model's.
-            meshes: As for `from_urdf`.
 
         Raises:
             UnsupportedJoint: If a joint is a free-flyer or has more than one degree of freedom.
@@ -262,16 +255,11 @@ class Robot(Value):
         part of the robot. Pairs that MuJoCo does not check are not checked. A joint coupled by an equality
         constraint becomes a mimic joint, force ranges of actuators become torque limits, and joints without
         an actuator are in no group if others have one. Named key frames become states of the group "all".
-        Free joints are fixed at their position. `notes` lists the skipped parts.
+        Free joints are fixed at their position. `notes` lists the skipped parts. Further arguments are as for
+        `from_urdf`.
 
         Args:
-            file: Its suffix may be ".xml".
-            srdf: As for `from_urdf`, in addition to the file's content.
-            limits: As for `from_urdf`; MJCF has no velocity limits.
-            frames: As for `from_urdf`.
-            name: A name instead of the model's.
-            meshes: As for `from_urdf`.
-            base: As for `from_urdf`.
+            limits: MoveIt's `joint_limits.yaml`: MJCF has no velocity limits.
 
         Raises:
             FileFormatError: If MuJoCo cannot read the file, or it has no joint.
@@ -379,11 +367,6 @@ class Robot(Value):
         return followed(self.joint_names, self.mimics, positions, checked=checked)
 
     def state(self, name: str, *, group: str | None = None) -> Mapping[str, float]:
-        """Return a named state of a group, as joint -> position [rad | m].
-
-        Raises:
-            StateNotFound: If there is none of that name.
-        """
         _ = one_of("state", name, str), None if group is None else one_of("group", group, str)
         for (owner, state), values in self.states.items():
             if state == name and group in (None, owner):
@@ -392,7 +375,6 @@ class Robot(Value):
         raise StateNotFound("state", name, known, left_out=self.left_out.get(name, ""))
 
     def configuration(self, positions: Floats) -> Floats:
-        """Return pinocchio's configuration of all joints' positions [rad | m], shape (model.nq,)."""
         return configuration(self.model, floats("positions", positions, (len(self.joint_names),)))
 
     def with_torque_scaling(self, scaling: float, *, joints: Iterable[str] | None = None) -> Robot:
@@ -534,7 +516,6 @@ def _assembled(
 
 
 def _ghost_notes(description: Urdf) -> tuple[str, ...]:
-    """Return notes on links with visual but without collision elements."""
     solid = {item.link for item in description.collisions}
     ghosts = list(dict.fromkeys(item.link for item in description.visuals if item.link not in solid))
     if not ghosts:
@@ -553,7 +534,6 @@ as arms have.
 def torque_scaled(
     limits: JointLimits, scaling: float, joints: Iterable[str] | None
 ) -> tuple[JointLimits, str]:
-    """Return limits with scaled torque (inf turns them off), and a sentence about it."""
     factor = number("scaling", scaling, infinite=True)
     if factor <= 0.0:
         raise ShapeError("scaling", f"is a positive factor, or inf for no limit; is {factor:g}")

@@ -36,18 +36,15 @@ SETTLING = 0.5
 class RosClock:
     """The clock of stamps, estimated from their arrival times; it starts at 0 with the first.
 
-    The shortest delay of all messages is assumed to be zero, so the clock is never behind a stamp (the
-    minimum filter of NTP: RFC 5905, section 10). As clocks drift, the estimate of the shortest delay grows by
+    The shortest delay is assumed to be zero (the minimum filter of NTP: RFC 5905, section 10), and grows by
     `DRIFT`.
     """
 
     def __init__(self, first: msg.Time) -> None:
-        """Start with the first stamp, which has just arrived."""
         self._origin, now = first.to_nsec(), time.monotonic()
         self._estimate = now, now
 
     def __call__(self) -> float:
-        """Return the time [s]."""
         made, begin = self._estimate
         now = time.monotonic()
         return now - begin - DRIFT * (now - made)
@@ -60,7 +57,6 @@ class RosClock:
         return since
 
     def stamp(self, moment: float) -> msg.Time:
-        """Return the stamp of a moment on this clock [s]."""
         return msg.Time(0, self._origin + round(1e9 * moment))
 
 
@@ -153,20 +149,17 @@ class FollowJointTrajectoryExecutor:
         self.committed = CommittedMotion(joint_names, self._last.positions)
 
     def now(self) -> float:
-        """Return the time on its clock [s]."""
         clock = self._clock
         assert clock is not None  # the constructor waits for it
         return clock()
 
     def state(self) -> RobotState:
-        """Return the last measured state; accelerations are the commanded ones."""
         last = self._last
         commanded, _, accelerations = self.committed(last.stamp)
         return RobotState(last.stamp, last.positions, last.velocities, accelerations, commanded)
 
     @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on; return the reason if it is refused."""
         with self._lock:
             now, planned = self.now(), copy(self.committed)
             refused = self.fault() or planned.refusal(trajectory, at, earliest=now + self.latency)
@@ -186,7 +179,6 @@ class FollowJointTrajectoryExecutor:
                 self._action.cancel(self._client, self._goal)
 
     def fault(self) -> str:
-        """Return why the robot does not follow; empty if it does."""
         age = self.now() - self._last.stamp
         old = f"the last message of {self._topic} is {age:.2f} s old" if age > self._silence else ""
         return self._failure or self._client.failure or old
@@ -234,7 +226,6 @@ class FollowJointTrajectoryExecutor:
         return refused
 
     def _heard(self, incoming: Incoming) -> None:
-        """Process an operation of the server; called by the reading thread."""
         if incoming.op == "publish" and incoming.topic == self._topic:
             self._measure(plain(incoming.msg))
             return
@@ -379,7 +370,6 @@ class Ros2Action:
         client.send(op="cancel_action_goal", id=goal_id, action=self._name)
 
     def ended(self, incoming: Incoming) -> tuple[str, str] | None:
-        """Return the id of the goal that a message ends, and why it failed; None if it ends none."""
         if incoming.op != "action_result":
             return None
         done = incoming.result and incoming.status == SUCCEEDED
@@ -413,7 +403,6 @@ class Ros1Action:
         client.send(op="publish", topic=f"{self._name}/cancel", msg=meant)
 
     def ended(self, incoming: Incoming) -> tuple[str, str] | None:
-        """Return the id of the goal that a message ends, and why it failed; None if it ends none."""
         if incoming.op != "publish" or incoming.topic != self._result:
             return None
         status = decode(
@@ -424,6 +413,5 @@ class Ros1Action:
 
 
 def _reason(values: object, otherwise: str) -> str:
-    """Return why a goal failed: the text of its result, or another text if it has none."""
     text = cast(Mapping[str, object], values).get("error_string") if isinstance(values, dict) else values
     return str(text) if text else otherwise

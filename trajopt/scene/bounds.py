@@ -21,9 +21,7 @@ class _Moments:
     """Enclosure of the first moments of the bodies that a joint carries, in the joint's frame.
 
     Attributes:
-        mass: Total mass [kg].
         low: Least component along the axis [kg m].
-        high: Largest component along the axis.
         radius: Largest distance from the axis.
     """
 
@@ -87,14 +85,7 @@ def _largest_slopes(reduced: ReducedModel) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Enclosed:
-    """Enclosures of each joint's moments and of its axis's angle to gravity; the world first.
-
-    Attributes:
-        gravity: Its magnitude [m/s^2].
-        slides: Whether each joint is prismatic.
-        tilts: Least and largest angle of each joint's axis to gravity [rad].
-        moments: Of the bodies that each joint carries, by joint index.
-    """
+    """Enclosures of each joint's moments and of its axis's angle to gravity [rad]; the world first."""
 
     gravity: float
     slides: list[bool]
@@ -163,7 +154,6 @@ def _angle(first: Floats, second: Floats) -> float:
 
 
 def _slide_ranges(reduced: ReducedModel) -> Floats:
-    """Return the least and the largest position of each of the model's joints, shape (model joints, 2)."""
     limits = reduced.limits
     lower, upper = np.maximum(limits.lower, -ENDLESS), np.minimum(limits.upper, ENDLESS)
     middle = reduced.mimic_matrix @ (0.5 * (lower + upper)) + reduced.mimic_offset

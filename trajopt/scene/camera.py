@@ -29,14 +29,8 @@ class Lens(Value):
     s = (1 + k1 r2 + k2 r2^2 + k3 r2^3) / (1 + k4 r2 + k5 r2^2 + k6 r2^3).
 
     Attributes:
-        k1: Radial, of the second power.
-        k2: Radial, of the fourth.
         p1: Tangential, of a lens tilted up or down.
         p2: Tangential, of a lens tilted sideways.
-        k3: Radial, of the sixth power.
-        k4: Radial, of the second power, in the denominator.
-        k5: Radial, of the fourth, in the denominator.
-        k6: Radial, of the sixth, in the denominator.
     """
 
     k1: float = 0.0
@@ -103,7 +97,6 @@ class Lens(Value):
         return float(np.linalg.norm(self._bent_with_slope(seen)[1], ord=2, axis=(-2, -1)).max())
 
     def _bent_with_slope(self, slopes: Floats) -> tuple[Floats, Floats]:
-        """Return the distorted slopes (..., 2) and their derivative (..., 2, 2)."""
         x, y = slopes[..., 0], slopes[..., 1]
         r2 = x * x + y * y
         above = 1.0 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
@@ -130,13 +123,12 @@ class Lens(Value):
 
 
 STRAIGHT = Lens()
-"""A lens without distortion."""
 
 
 Singles: TypeAlias = NDArray[np.float32]
 """Single-precision coordinates: depths are known to a tenth of a millimetre at best."""
 MOST_PIXELS = 1 << 26
-"""Largest number of pixels of an image: eight times that of the largest sensor in use."""
+"""Largest number of pixels of an image."""
 BEYOND = 1.05
 """Magnification is evaluated at pixels; between them it differs by far less than this share."""
 
@@ -148,15 +140,6 @@ class Intrinsics(Value):
 
     In the camera's optical frame x points right, y down and z forward. The centre of the top left pixel has
     the coordinates (0, 0), as in ROS and OpenCV.
-
-    Attributes:
-        width: Of its images [pixels].
-        height: Of its images [pixels].
-        fx: Horizontal focal length [pixels].
-        fy: Vertical focal length [pixels].
-        cx: Horizontal coordinate of the principal point [pixels].
-        cy: Vertical coordinate of the principal point [pixels].
-        lens: Distortion of the lens.
     """
 
     width: int
@@ -280,7 +263,6 @@ class Camera(Value):
         """Return the placement of the optical frame in the world.
 
         Args:
-            scene: The scene with the frame that the camera is fixed on.
             positions: Of all joints, shape (number of joints,) [rad | m]; None if no joint moves the camera.
 
         Raises:
@@ -302,10 +284,6 @@ def placed_on(scene: Scene, frame: str, positions: Floats | None) -> Placement:
 
 def looking_at(eye: Floats, target: Floats) -> Placement:
     """Return the placement of an optical frame that looks from one point at another, without roll.
-
-    Args:
-        eye: Position of the camera, shape (3,) [m].
-        target: Point in the middle of its image, shape (3,) [m].
 
     Raises:
         ShapeError: If the points coincide.

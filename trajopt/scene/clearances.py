@@ -53,7 +53,6 @@ def kept(every: float, kinds: Mapping[PairKind, float], one: Part, other: Part) 
 
 
 def in_kinds(every: float, kinds: Mapping[PairKind, float]) -> str:
-    """Print the default distance and those of kinds that differ [m]."""
     apart = ", ".join(f"{kind.value} {1000 * kinds[kind]:g} mm" for kind in PairKind if kind in kinds)
     return f"{1000 * every:g} mm" + f" ({apart})" * bool(apart)
 
@@ -164,7 +163,6 @@ class ContactAllowance:
 
     Attributes:
         name: Its purpose, shown in the certificate.
-        a: One link or object.
         depth: Largest accepted penetration [m].
         first: Contact is accepted during the first seconds of the motion [s].
         last: Contact is accepted during the last seconds of the motion [s].

@@ -109,10 +109,7 @@ def model_and_trajectory(
     """Return robot and motion of a plan, or of a reduced model with a trajectory.
 
     Args:
-        caller: Name of the calling function, for errors.
         motion: A plan, a result that has one, or a reduced model.
-        trajectory: The motion of a reduced model; None for a plan's own.
-        argument: Name of `motion` in the caller, for errors.
     """
     unless_none("trajectory", trajectory, Trajectory)
     if isinstance(motion, kind):

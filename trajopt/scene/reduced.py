@@ -34,7 +34,6 @@ class DrivenJoints(Value):
     """Positions of joints that are driven by time.
 
     Attributes:
-        times: Ends of the k pieces, increasing, shape (k + 1,) [s]; outside of them all rest.
         coefficients: Of the joints' positions, in the time since the start of each piece, highest power
             first, shape (degree + 1, k, m) [rad | m].
     """
@@ -44,7 +43,6 @@ class DrivenJoints(Value):
     coefficients: Floats
 
     def at(self, times: Floats) -> Floats:
-        """Return the positions at times (s,), shape (s, m) [rad | m]."""
         moments = np.clip(times, self.times[0], self.times[-1])
         piece = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, len(self.times) - 2)
         since = (moments - self.times[piece])[:, None]
@@ -59,8 +57,7 @@ class BodyPairs:
     """Pairs of bodies that must keep apart and can move relative to each other.
 
     Attributes:
-        first: Index of the first body of each pair, shape (p,), read-only.
-        second: Index of the second, larger than the first, shape (p,), read-only.
+        first: Index of the first body of each pair, shape (p,); of the second, which is larger, in `second`.
         margin: Clearance that the optimiser aims at, above the required one, shape (p,) [m], read-only.
         required: Required clearance, shape (p,) [m], read-only.
         allowances: Intended contacts, each with the index of its pair.
@@ -174,7 +171,6 @@ class ReducedModel:
         return np.array([names.index(name) for name in joints], dtype=np.int64)
 
     def configuration(self, positions: Floats) -> Floats:
-        """Return pinocchio's configuration of the group's positions, (n,) -> (nq,)."""
         return configuration(self.model, self.mimic_matrix @ positions + self.mimic_offset)
 
     def all_positions(self, positions: Floats) -> Floats:
@@ -190,12 +186,7 @@ class ReducedModel:
         return self.bodies[first].owner, self.bodies[second].owner
 
     def attachment(self, name: str) -> tuple[int, Placement]:
-        """Return the joint (0: the world) that carries a frame or object, and its placement there.
-
-        Raises:
-            FrameNotFound: If the name is not a frame.
-            ProblemError: If it moves by itself, so that its placement depends on the time.
-        """
+        """Return the joint (0: the world) that carries a frame or object, and its placement there."""
         found = self.anchors.get(name)
         timed = self.timed if found is None else None
         if timed is not None and name in timed.reduced.anchors:
@@ -236,7 +227,6 @@ class TimedModel:
         return timing is None or timing.appears <= time <= timing.expires
 
     def error(self, name: str, time: float) -> float:
-        """Return the largest error of a link's or object's track at a time [m]."""
         timing = self.timings.get(name)
         return 0.0 if timing is None or timing.motion is None else timing.motion.error_at(time)
 
@@ -248,14 +238,12 @@ class TimedModel:
 
 @cached_per_value
 def _kept(collision_model: CollisionModel) -> dict[Callable[[ReducedModel], Any], Any]:
-    """Return the cache of derived results of models with these bodies."""
     del collision_model
     return {}
 
 
 @cached_per_value
 def _kept_of_robot(model: pin.Model) -> dict[Callable[[ReducedModel], Any], Any]:
-    """Return the cache of derived results of robots with these free joints."""
     del model
     return {}
 
@@ -269,7 +257,6 @@ class Payload(Value):
     """A mass that a joint carries.
 
     Attributes:
-        mass: Its mass [kg].
         joint: Joint of the reduced model that carries it.
         point: Its centre of mass, in the joint's frame, shape (3,) [m].
         inertia: Its moments about that, along the joint's axes, shape (3, 3) [kg m^2].

@@ -71,7 +71,6 @@ def add_driven(model: pin.Model, tracks: Mapping[str, Track]) -> AddedJoints:
 
 
 def _turns(track: Track) -> list[tuple[int, Floats]]:
-    """Return the rotating pieces of a track, each with rate and start of its angle, (2, k)."""
     found: list[tuple[int, Floats]] = []
     lengths = np.diff(track.times)
     for piece, rate in enumerate(track.rates.tolist()):
@@ -85,7 +84,6 @@ def _turns(track: Track) -> list[tuple[int, Floats]]:
 
 
 def _columns(slides: Floats, angles: list[Floats]) -> Floats:
-    """Return the coefficients of all joints of a track, padded to the highest degree."""
     columns = [slides, *(angle[:, :, None] for angle in angles)]
     degree = max(len(column) for column in columns)
     return np.concatenate([np.pad(c, ((degree - len(c), 0), (0, 0), (0, 0))) for c in columns], axis=2)
@@ -106,9 +104,6 @@ class ReducedRobot:
 
     Attributes:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
-        limits: Respect those of the joints that mimic them.
-        mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
-        mimic_offset: Offsets of mimicking joints, shape (model joints,).
         anchors: Carrying joint and placement of links, tool frames and the world, by name.
         driven: Joints that are driven by time and carry dynamic obstacles; None to leave these out.
     """
@@ -200,7 +195,6 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
     """Fix every joint outside the group at its start position; mimic joints follow.
 
     Args:
-        group: Name of the planning group.
         start: Positions of all joints, shape (number of joints,) [rad | m].
 
     Raises:
@@ -280,12 +274,7 @@ def driven_joints(robot: Robot) -> tuple[str, ...]:
 
 
 def whole_robot(scene: Scene, joints: tuple[str, ...], start: Floats) -> ReducedModel:
-    """Return the reduced model of any joints of a robot.
-
-    Args:
-        joints: Free joints.
-        start: Positions of all joints [rad | m].
-    """
+    """Return the reduced model with these joints of a robot free; start as for `reduce_model`."""
     robot = scene.robot
     if WHOLE in robot.groups:
         raise ModelError(f"robot {shown(robot.name)} has a group {shown(WHOLE)}, a reserved name; rename it")
@@ -363,7 +352,6 @@ def _unlimited(limits: JointLimits, names: tuple[str, ...]) -> JointLimits:
 
 
 def _beside(matrix: Floats, count: int) -> Floats:
-    """Extend a matrix by the identity for further joints."""
     rows, columns = matrix.shape
     whole = np.zeros((rows + count, columns + count))
     whole[:rows, :columns] = matrix
@@ -426,8 +414,6 @@ class ContactRules:
 
     Attributes:
         touch_links: Links that may touch an object, by object; objects without any may be missing.
-        margin: Default margin of the optimiser [m].
-        pair_margins: Margins of single pairs that differ [m].
         kind_margins: Margins of kinds of pairs that differ [m].
         carriers: The link that carries each attached object, by object.
         parts: Role of each link and object; may be empty if no kind of pairs differs.
@@ -447,12 +433,7 @@ class ContactRules:
 
 
 def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: ContactRules) -> BodyPairs:
-    """List the pairs that must keep apart, ordered by their second body, then by the first.
-
-    Args:
-        bodies: All bodies; those of one owner are carried by the same joint.
-        links: Names of the robot's links; bodies that cannot move relative to them are listed as immobile.
-    """
+    """List the pairs that must keep apart, ordered by their second body, then by the first."""
     owners = _Owners(bodies, frozenset(links), rules)
     part = owners.of_body
     rows = np.flatnonzero(owners.row[part] >= 0)
@@ -482,13 +463,7 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
 
 
 class _Owners:
-    """Links and objects that own bodies; a row for each that is paired with all others.
-
-    Attributes:
-        row: Row of each owner, shape (o,); -1 for objects in the world.
-        excused: Whether two owners may touch, shape (rows, o).
-        fixed: Whether they cannot move relative to each other, shape (rows, o).
-    """
+    """Links and objects that own bodies; a row for each that is paired with all others."""
 
     def __init__(self, bodies: Sequence[FixedBody], links: frozenset[str], rules: ContactRules) -> None:
         self._links = links
@@ -508,7 +483,6 @@ class _Owners:
         return self._entered(self._by_kind(rules.margin, rules.kind_margins, rules), rules.pair_margins)
 
     def _by_kind(self, every: float, kinds: Mapping[PairKind, float], rules: ContactRules) -> Floats:
-        """Return a distance of all owner pairs that depends on their kind, shape (rows, o)."""
         if not kinds:
             return np.full(self.excused.shape, every)
         order = tuple(Part)
@@ -517,7 +491,6 @@ class _Owners:
         return table[code[self._of_row]][:, code]
 
     def required(self, rules: ContactRules) -> Floats:
-        """Return the required clearance of all owner pairs, shape (rows, o) [m]."""
         clearances = rules.clearances
         values = self._by_kind(clearances.everywhere, clearances.kinds, rules)
         holders = [name if name in self._links else rules.carriers.get(name, WORLD) for name in self.names]

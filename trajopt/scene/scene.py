@@ -99,7 +99,6 @@ class Scene(Value):
         objects: Objects by id.
         allowed: Pairs that may touch; initially the robot's disabled pairs.
         margin: Default margin of the optimiser [m].
-        pair_margins: Margins of single pairs that differ [m].
         clearances: Required clearances: no motion is verified that violates them.
         allowances: Temporary intended contacts.
         tools: Tool frames of this scene, by name, as objects without a shape.
@@ -234,7 +233,6 @@ class Scene(Value):
         """Return the placement in the world of a frame or object.
 
         Args:
-            name: "world", a link, tool frame or object.
             positions: The configuration: positions of all joints or of a group's, shape
                 (number of joints,) [rad | m], joint -> position, the name of a state, or a plan, for its end.
 
@@ -423,7 +421,6 @@ class Scene(Value):
         start, afterwards at its end.
 
         Args:
-            name: Prefix of the objects' ids.
             motion: A plan, a result that has one, or a reduced model.
             trajectory: The motion of a reduced model; None for a plan's own.
             base: Placement of the other scene's world in this scene's world.
@@ -591,9 +588,6 @@ class Scene(Value):
     def detach(self, name: str, *, at: ConfigurationLike) -> Scene:
         """Leave an object in the world at its place in a configuration, at time 0.
 
-        Args:
-            at: The configuration; the end of a plan is one.
-
         Raises:
             ObjectNotFound: If there is none of that id.
             ModelError: If it is not attached.
@@ -670,10 +664,6 @@ class Scene(Value):
 
         Args:
             margin: Between all bodies of every kind, or between `a` and `b`.
-            a: One link, frame or object.
-            world: As for `with_clearance`.
-            carried: As for `with_clearance`.
-            robot: As for `with_clearance`.
 
         Raises:
             ShapeError: If a margin is negative or not finite.
@@ -698,7 +688,6 @@ class Scene(Value):
 
         Args:
             name: Its purpose, shown in the certificate.
-            a: One link or object.
             depth: Largest accepted penetration [m].
             first: Duration from the start [s].
             last: Duration up to the end [s].
@@ -762,7 +751,6 @@ class Scene(Value):
         b: str | None,
         kinds: tuple[float | None, float | None, float | None],
     ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
-        """Return the requested pair, if any, and the requested distances of kinds of pairs [m]."""
         order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
         first = "margin" if caller == "with_margin" else "value"
         for name, each in zip((first, "world", "carried", "robot"), (value, *kinds), strict=True):
@@ -880,7 +868,6 @@ def robot_objects(
 
 
 def _reach(body: FixedBody, frame: Anchor) -> float:
-    """Return the largest distance of a body's points from the origin of a frame on the same joint [m]."""
     lower, upper = bounding_box(body.shape)
     if not (np.isfinite(lower).all() and np.isfinite(upper).all()):
         raise ModelError(

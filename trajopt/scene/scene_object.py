@@ -27,11 +27,7 @@ Part = tuple[Shape, Placement]
 
 @dataclass(frozen=True, eq=False)
 class AnchoredObject:
-    """An object on its joint.
-
-    Attributes:
-        anchor: The joint that carries it, and its placement there.
-    """
+    """An object on its joint."""
 
     anchor: Anchor
     bodies: tuple[FixedBody, ...]
@@ -45,8 +41,6 @@ class SceneObject(Value):
         parts: Shapes with their placements in the object's frame; empty for a frame without a shape.
         placement: Of the object's frame in `frame`.
         frame: "world", a link or tool frame, or another object.
-        touch_links: Links that may touch it.
-        notes: Notes on the conversion of its meshes.
         mass: Its mass [kg]; 0 if unknown.
         timing: Its existence and motion; `placement` is then its placement at time 0.
         given: Assumptions about it, as phrases that follow "proven given that" in certificates.
@@ -73,11 +67,7 @@ class SceneObject(Value):
             as_placement(f"placement of {shown(self.name)}", where)
 
     def anchored(self, frame: Anchor) -> AnchoredObject:
-        """Return the object fixed to the joint that carries its frame.
-
-        Args:
-            frame: Anchor of `frame`.
-        """
+        """Return the object fixed to the joint that carries its frame."""
         anchor = Anchor(frame.joint, frame.placement * self.placement)
         bodies = tuple(
             FixedBody(f"{self.name}/{count}", self.name, anchor.joint, anchor.placement * where, shape)
@@ -116,11 +106,6 @@ class SceneObject(Value):
 
 
 def object_placement(name: str, value: PlacementLike | None) -> Placement:
-    """Return the placement of an object; the origin if None.
-
-    Warns:
-        UnitWarning: If it is farther away than the largest shape.
-    """
     if value is None:
         return IDENTITY
     where = as_placement(label := f"placement of {shown(name)}", value)
@@ -181,7 +166,6 @@ def replaced_cloud(
 
 
 def checked_mass(name: str, mass: float) -> float:
-    """Return the mass of an object [kg]."""
     checked = number(f"mass of {name}", mass)
     if checked < 0.0:
         raise ShapeError(f"mass of {name}", f"is negative: {checked:g} kg")
@@ -222,7 +206,6 @@ def uniform_inertia(shape: shapes.Shape) -> pin.Inertia:
 
 
 def _cone(cone: shapes.Cone) -> pin.Inertia:
-    """Its centre of mass is a quarter of its height above the base."""
     volume = np.pi * cone.radius**2 * cone.length / 3.0
     across = 3.0 / 20.0 * cone.radius**2 + 3.0 / 80.0 * cone.length**2
     moments = volume * np.diag((across, across, 3.0 / 10.0 * cone.radius**2))
@@ -270,5 +253,4 @@ def _cloud(cloud: shapes.Points | shapes.Voxels) -> pin.Inertia:
 
 
 def _moments(second: Floats) -> Floats:
-    """Return moments of inertia from second moments of the mass, both (3, 3) [kg m^2] about its centre."""
     return np.trace(second) * np.eye(3) - second

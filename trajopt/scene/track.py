@@ -52,8 +52,6 @@ class Track(Value):
         coefficients: Of the origin's position in the world, in the time since the start of each piece,
             highest power first, shape (degree + 1, k, 3) [m].
         rotations: Of the frame at the start of each piece, shape (k, 3, 3).
-        axes: Unit rotation axis in each piece, in the frame itself, shape (k, 3).
-        rates: Angular velocity, shape (k,) [rad/s].
     """
 
     times: Floats
@@ -63,12 +61,6 @@ class Track(Value):
     rates: Floats
 
     def __post_init__(self) -> None:
-        """Check that the pieces form a motion.
-
-        Raises:
-            ShapeError: If the shapes do not match, the times do not increase, an axis is not of length one,
-                or the frame jumps between pieces.
-        """
         times = floats("times of the track", self.times, (None,))
         if len(times) < 2 or (np.diff(times) <= 0.0).any() or np.abs(times).max() > LONGEST:
             raise ShapeError(
@@ -100,10 +92,6 @@ class Track(Value):
     @checked
     def through(times: ArrayLike, placements: Sequence[PlacementLike]) -> Track:
         """Make a track through placements, straight and at constant angular velocity between them.
-
-        Args:
-            times: Increasing, shape (k,) [s].
-            placements: Of the frame in the world, k of them.
 
         Raises:
             ShapeError: If there is not one placement for each of at least two increasing times.
@@ -147,7 +135,6 @@ class Track(Value):
             velocity: Of its origin in the world, shape (3,) [m/s].
             angular_velocity: Of the frame in the world, shape (3,) [rad/s].
             start: When it begins to move [s].
-            end: When it stops [s].
 
         Raises:
             ShapeError: If a number is not finite, or it stops before it begins.
@@ -264,12 +251,6 @@ class Prediction(Value):
     until: float = inf
 
     def __post_init__(self) -> None:
-        """Check the parts.
-
-        Raises:
-            ProblemError: If `track` is not a track.
-            ShapeError: If the error is invalid, or `until` is not after 0.
-        """
         one_of("track", self.track, Track)
         radius, velocity, acceleration = floats("error", self.error, (3,)).tolist()
         if min(radius, velocity, acceleration) < 0.0:
@@ -307,7 +288,6 @@ class Prediction(Value):
 
 
 def _unit(vectors: Floats, lengths: Floats) -> Floats:
-    """Normalise vectors, (k, 3); zero vectors become the z axis."""
     still = lengths <= STEADY
     return np.where(still[:, None], (0.0, 0.0, 1.0), vectors / np.where(still, 1.0, lengths)[:, None])
 
@@ -326,11 +306,7 @@ class FramePieces:
     """The numbers of a track, and its error.
 
     Attributes:
-        times: Ends of the k pieces, increasing, shape (k + 1,) [s].
         coefficients: Of the origin's position, as those of a track, shape (4, k, 3) [m].
-        rotations: At the start of each piece, shape (k, 3, 3).
-        axes: Unit rotation axis in each piece, in the frame itself, shape (k, 3).
-        rates: Angular velocity, shape (k,) [rad/s].
         error: Largest distance of a point within reach from its place on the track [m].
     """
 
@@ -350,7 +326,6 @@ def frame_pieces(
     Args:
         anchor: The joint that carries the frame, and its placement there.
         reach: Of the points that count, from the frame's origin [m].
-        tolerance: Largest error [m].
     """
     bounds = _Bounds.of(robot, trajectory, anchor)
     curvature = bounds.point + reach * bounds.turning
@@ -366,12 +341,7 @@ def frame_pieces(
 
 @dataclass(frozen=True, eq=False)
 class _Bounds:
-    """Bounds on second derivatives at all times of a motion.
-
-    Attributes:
-        point: Acceleration of a frame's origin [m/s^2].
-        turning: Of the frame's rotation matrix [1/s^2].
-    """
+    """Bounds on second derivatives at all times of a motion."""
 
     point: float
     turning: float
@@ -434,14 +404,7 @@ def _largest(trajectory: Trajectory, order: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Steps:
-    """A frame at many times, between which the trajectory is one polynomial.
-
-    Attributes:
-        times: Shape (s,) [s].
-        points: Of its origin, shape (s, 3) [m].
-        velocities: Of its origin, just before and just after each time, shape (2, s, 3) [m/s].
-        rotations: Shape (s, 3, 3).
-    """
+    """A frame at many times, between which the trajectory is one polynomial."""
 
     times: Floats
     points: Floats
@@ -475,7 +438,6 @@ class _Steps:
         return _Steps(times, points, velocities, rotations)
 
     def longest(self, begin: int, reach: float, bounds: _Bounds, tolerance: float) -> tuple[int, float]:
-        """Return the end of the longest piece within the tolerance, and its error [m]."""
         last = len(self.times) - 1
         good, off = begin + 1, self._off(begin, begin + 1, reach, bounds)
         stride = 1
@@ -489,7 +451,6 @@ class _Steps:
         return good, off
 
     def _off(self, begin: int, end: int, reach: float, bounds: _Bounds) -> float:
-        """Bound the error of a piece between two steps."""
         times = self.times[begin : end + 1]
         cubic, (axis, rate) = self._cubic(begin, end), self._turn(begin, end)
         since = (times - times[0])[:, None]
@@ -504,7 +465,6 @@ class _Steps:
         return float((np.maximum(off[1:], off[:-1]) + bulge).max())
 
     def _cubic(self, begin: int, end: int) -> Floats:
-        """Return the cubic through positions and velocities at two steps, highest power first, (4, 3)."""
         h = self.times[end] - self.times[begin]
         chord = (self.points[end] - self.points[begin]) / h
         v0, v1 = self.velocities[1, begin], self.velocities[0, end]
@@ -513,7 +473,6 @@ class _Steps:
         )
 
     def _turn(self, begin: int, end: int) -> tuple[Floats, float]:
-        """Return the axis and rate [rad/s] of the constant rotation between two steps."""
         vector = as_rotation_vector(self.rotations[begin].T @ self.rotations[end])
         angle = float(np.linalg.norm(vector))
         rate = angle / float(self.times[end] - self.times[begin])
@@ -537,7 +496,6 @@ class _Steps:
 
 
 def _rotations(axis: Floats, angles: Floats) -> Floats:
-    """Return rotations about one axis, (s,) -> (s, 3, 3), by Rodrigues' formula."""
     quarter = from_rotation_vector(axis * (np.pi / 2.0))
     outer = np.outer(axis, axis)
     cross = quarter - outer
@@ -552,7 +510,6 @@ class Timing(Value):
     Attributes:
         motion: Motion of its frame; None if it rests, or is carried.
         appears: Start of its existence [s].
-        expires: End of its existence [s].
     """
 
     motion: Prediction | None = None

@@ -25,8 +25,6 @@ class ServerError(TrajoptError):
     """A request to a server failed.
 
     Attributes:
-        status: HTTP status; 0 if the server could not be reached.
-        kind: Kind of refusal, such as "malformed" or "full".
         reason: In a sentence.
         retry_after: Delay before another try, as given by a full server [s]; None otherwise.
     """
@@ -39,9 +37,7 @@ class ServerError(TrajoptError):
 
 
 Document: TypeAlias = dict[str, Any]
-"""An answer of the server, as plain data."""
 Listener: TypeAlias = Callable[[Document], None]
-"""Receives the progress of a request."""
 FULL = 429
 """HTTP status of a full server."""
 AGAIN = "x-retry-after"
@@ -81,14 +77,12 @@ def error_of(status: int, document: object) -> ServerError:
 
 
 def again_after(response: httpx.Response) -> float | None:
-    """Return the delay before another try, as given by a full server [s]; None otherwise."""
     if response.status_code != FULL:
         return None
     return max(float(response.headers.get(AGAIN, response.headers.get("retry-after", "1"))), SHORTEST)
 
 
 def refusal_of(document: Document) -> ServerError:
-    """Return the error that a refusal among events states: its number is in it, since HTTP's has gone by."""
     error = error_of(int(document.get("status", 200)), document)
     after = document.get("retry_after")
     error.retry_after = max(float(after), SHORTEST) if after is not None and error.status == FULL else None
@@ -102,11 +96,6 @@ class Events:
         self._listener, self._name = listener, ""
 
     def take(self, line: str) -> Document | None:
-        """Process a line; return the answer once it is complete.
-
-        Raises:
-            ServerError: If the request failed.
-        """
         if line.startswith("event: "):
             self._name = line.removeprefix("event: ")
         if not line.startswith("data: "):
@@ -129,9 +118,7 @@ class Call(Value):
     """An outgoing request.
 
     Attributes:
-        method: HTTP method.
         path: Below the server's address.
-        listener: Receives the progress, or None.
         timeout: Time limit of the server [s]; its own limit if None.
         name: For cancellation; may be empty.
         data: Bytes instead of JSON; the arguments are then in the address.
@@ -157,11 +144,7 @@ class Call(Value):
 
     @property
     def parameters(self) -> dict[str, str]:
-        """Query parameters of the address.
-
-        Raises:
-            ProblemError: If an argument is not plain data.
-        """
+        """Query parameters of the address."""
         stated = {} if self.timeout is None else {"timeout": f"{self.timeout:g}"}
         if self.data is None:
             return stated
@@ -170,11 +153,7 @@ class Call(Value):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The body, as httpx accepts it.
-
-        Raises:
-            ProblemError: If an argument is not plain data.
-        """
+        """The body, as httpx accepts it."""
         if self.data is not None:
             return {"content": self.data}
         if self.body is None:
@@ -197,11 +176,7 @@ def _plain(value: object) -> object:
 
 
 def cloud_bytes(points: ArrayLike) -> bytes:
-    """Return points in the server's format: float32 x, y, z, point by point [m].
-
-    Raises:
-        ShapeError: If they are not points.
-    """
+    """Return points in the server's format: float32 x, y, z, point by point [m]."""
     try:
         rows = np.asarray(points, dtype="<f4")
     except (TypeError, ValueError) as error:
@@ -236,12 +211,7 @@ class SessionCalls(Generic[Reply]):
         timeout: float | None = None,
         name: str = "",
     ) -> Reply:
-        """Request any operation.
-
-        Args:
-            operation: Its name, such as "plan".
-            timeout: Time limit of the server [s].
-            name: Name for `cancel`.
+        """Request any operation, such as "plan"; `timeout` is the server's [s], `name` is for `cancel`.
 
         Raises:
             ServerError: If the server refuses it, or cannot be reached.
@@ -250,7 +220,6 @@ class SessionCalls(Generic[Reply]):
         return self._send(Call("POST", path, arguments or {}, listener, timeout, name))
 
     def read(self) -> Reply:
-        """Return the content of the scene, and the robot's configuration."""
         return self._send(Call("GET", f"/sessions/{self.id}"))
 
     @checked
@@ -308,12 +277,9 @@ class SessionCalls(Generic[Reply]):
         name: str = "",
         **options: Any,
     ) -> Reply:
-        """Plan a problem in the words of the Python API.
+        """Plan a problem in the words of the Python API; `listener` is called with the best motion so far.
 
         Args:
-            listener: Called with stage, attempt and the best motion so far.
-            timeout: Time limit of the server [s].
-            name: Name for `cancel`.
             options: `certificate`, `seconds`, `improve`, `method`, `every_goal`, `free_duration`, `edits`.
         """
         arguments = {"problem": dict(problem), **options}
@@ -328,7 +294,6 @@ class SessionCalls(Generic[Reply]):
 
     @checked
     def check(self, problem: Mapping[str, Any], trajectory: Mapping[str, Any]) -> Reply:
-        """Judge a trajectory by the requirements of a problem."""
         return self.ask("check", {"problem": dict(problem), "trajectory": dict(trajectory)})
 
     @checked
@@ -339,7 +304,6 @@ class SessionCalls(Generic[Reply]):
         return self.ask("execute", {"problem": dict(problem), **options}, listener=listener)
 
     def stop(self) -> Reply:
-        """Stop the robot that is being driven."""
         return self._send(Call("POST", f"/sessions/{self.id}/stop", {}))
 
     @checked
@@ -348,7 +312,6 @@ class SessionCalls(Generic[Reply]):
         return self._send(Call("DELETE", f"/sessions/{self.id}/requests/{quote(name, safe='')}"))
 
     def close(self) -> Reply:
-        """End the session."""
         return self._send(Call("DELETE", f"/sessions/{self.id}"))
 
 
@@ -360,8 +323,6 @@ class Client:
         """Store the address; no request is sent yet.
 
         Args:
-            url: Its address, such as "http://127.0.0.1:8080".
-            token: Access token.
             patience: Time for which requests to a full server are repeated [s].
             timeout: Time-out of a silent server [s].
         """
@@ -378,7 +339,6 @@ class Client:
         self.close()
 
     def close(self) -> None:
-        """Close its connections."""
         self._http.close()
 
     def robots(self) -> list[Document]:
@@ -393,11 +353,7 @@ class Client:
 
     @checked
     def resume(self, session: str) -> "Session":
-        """Return an existing session by its id: of another client, or from before a restart.
-
-        Raises:
-            ServerError: If the server has none of that id.
-        """
+        """Return an existing session by its id: of another client, or from before a restart."""
         return Session(self, session, self.send(Call("GET", f"/sessions/{quote(session, safe='')}"))["robot"])
 
     @checked
@@ -473,11 +429,7 @@ class AsyncClient:
         timeout: float = 120.0,
         connections: int = 100,
     ) -> None:
-        """Store the address; no request is sent yet. Arguments as for `Client`.
-
-        Args:
-            connections: Largest number of simultaneous connections.
-        """
+        """Store the address; arguments as for `Client`, and the most simultaneous connections."""
         headers = {"authorization": f"Bearer {token}"} if token else {}
         most = httpx.Limits(max_connections=connections, max_keepalive_connections=connections)
         self._http = httpx.AsyncClient(base_url=url, headers=headers, timeout=timeout, limits=most)
@@ -492,36 +444,24 @@ class AsyncClient:
         await self.close()
 
     async def close(self) -> None:
-        """Close its connections."""
         await self._http.aclose()
 
     async def robots(self) -> list[Document]:
-        """Return the robots: joints, limits, groups, states, frames."""
         return await self.send(Call("GET", "/robots"))
 
     @checked
     async def session(self, robot: str = "") -> "AsyncSession":
-        """Create a session with a robot, by default the server's first one."""
         begun = await self.send(Call("POST", "/sessions", {"robot": robot}))
         return AsyncSession(self, begun["session"], begun["robot"])
 
     @checked
     async def resume(self, session: str) -> "AsyncSession":
-        """Return an existing session by its id: of another client, or from before a restart.
-
-        Raises:
-            ServerError: If the server has none of that id.
-        """
         held = await self.send(Call("GET", f"/sessions/{quote(session, safe='')}"))
         return AsyncSession(self, session, held["robot"])
 
     @checked
     async def send(self, call: Call) -> Any:
-        """Send a request, again and again while the server is full, and return the answer.
-
-        Raises:
-            ServerError: If the server refuses it, or cannot be reached.
-        """
+        """Send a request repeatedly while the server is full, and return the answer."""
         until = time.monotonic() + self._patience
         while True:
             try:
@@ -564,7 +504,6 @@ class AsyncSession(SessionCalls[Awaitable[Document]]):
         self._client = client
 
     async def fork(self) -> "AsyncSession":
-        """Create another session with the present content of this one."""
         begun = await self._send(Call("POST", f"/sessions/{self.id}/fork", {}))
         return AsyncSession(self._client, begun["session"], begun["robot"])
 

@@ -24,10 +24,8 @@ class Assignment(Value):
     """Work for a worker.
 
     Attributes:
-        positions: Of all joints of its robot [rad | m].
         body: The arguments, JSON.
         stamps: Measurement times of clouds in the scene, by name.
-        seconds: Time limit, waiting included [s].
         moved: Receives the robot's positions while it is driven [rad | m].
         driven: Whether another request drives the session's robot.
     """
@@ -48,7 +46,6 @@ class Job:
     """A request in progress.
 
     Attributes:
-        number: Its number in messages to and from workers.
         begun: Time when a worker began, on the loop's clock [s].
     """
 
@@ -92,7 +89,6 @@ class Job:
         return self._wanted
 
     def cancel(self, refusal: RequestRefused | None = None) -> None:
-        """Cancel it; the answer is the worker's present result, or a refusal without a worker."""
         self._end(refusal or RequestRefused(Why.CANCELLED, "it was cancelled"))
 
     def change(self, scene: PackedScene) -> None:
@@ -147,7 +143,6 @@ class Reply(Value):
 
     Attributes:
         body: JSON.
-        cpu: Processor time that it took [s].
     """
 
     body: bytes
@@ -165,7 +160,6 @@ class Done:
     Attributes:
         why: Kind of refusal; None with an answer.
         waited: Time until a worker began, with an answer [s].
-        seconds: Total time [s].
         cpu: CPU time of the worker, with an answer [s].
     """
 

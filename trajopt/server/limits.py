@@ -34,16 +34,12 @@ class Limits(Value):
         waiting_per_session: Likewise for one session, so that it cannot block the others.
         seconds: Time limit of a request, waiting included [s]; a request may set a shorter one.
         run_seconds: Time limit while a robot is driven [s].
-        view_seconds: Time limit while a 3-D page is open [s].
         grace: Time after which a process that was told to end is killed [s].
         memory: Memory of one request, beyond the present memory of its process [bytes].
         body: Size of a request [bytes].
         bodies: Total size of all requests in progress [bytes].
-        triangles: Of all meshes of a request.
-        points: Of a trajectory in a request.
         cloud: Points of a cloud in a request; a depth camera of 640 x 480 pixels measures 307,200.
         idle: Idle time after which the longest unused session is removed if there are too many [s].
-        session_bytes: Size of a session [bytes].
     """
 
     workers: int = field(default_factory=_cores)
@@ -66,11 +62,6 @@ class Limits(Value):
     session_bytes: int = 64 * MEGABYTE
 
     def __post_init__(self) -> None:
-        """Check that each is positive, and that a request of the largest size has room.
-
-        Raises:
-            ProblemError: If that is not so.
-        """
         for name, value in vars(self).items():
             if not number(name, value) > 0.0:
                 raise ProblemError(f"limits: {name} must be positive, is {shown(value)}")
@@ -115,11 +106,7 @@ KILOBYTE = 2**10
 
 
 def memory_used(pid: int | None = None) -> int:
-    """Return the resident memory of a process [bytes]; 0 if unknown.
-
-    Args:
-        pid: Its id; this process if None.
-    """
+    """Return the resident memory of a process, by default this one [bytes]; 0 if unknown."""
     return _pages(pid or os.getpid(), 1)
 
 

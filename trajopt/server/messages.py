@@ -14,7 +14,6 @@ class Hello(msgspec.Struct, tag=True, frozen=True):
     """The first message to a worker.
 
     Attributes:
-        robots: The robots by name, pickled.
         memory: Memory of one request, beyond the worker's present memory [bytes].
     """
 
@@ -31,9 +30,7 @@ class Request(msgspec.Struct, tag=True, frozen=True):
 
     Attributes:
         stamps: Measurement times of clouds in it, by name.
-        positions: Of all joints [rad | m].
         body: The arguments, JSON.
-        seconds: Time limit [s].
         feedback: Whether progress is requested.
         driven: Whether another request drives the session's robot.
     """
@@ -68,11 +65,7 @@ class Changed(msgspec.Struct, tag=True, frozen=True):
 
 
 class WorkerReady(msgspec.Struct, tag=True, frozen=True):
-    """A worker has loaded its robots.
-
-    Attributes:
-        memory: Its memory [bytes].
-    """
+    """A worker has loaded its robots; `memory` is its own [bytes]."""
 
     memory: int
 
@@ -91,10 +84,7 @@ class Answered(msgspec.Struct, tag=True, frozen=True):
     Attributes:
         body: The answer, JSON.
         scene: The new scene, packed, if it changed.
-        positions: The new positions of the robot, if they changed [rad | m].
         stamps: Measurement times of clouds in the scene, by name.
-        cpu: CPU time [s].
-        memory: Memory of the worker [bytes].
     """
 
     number: int

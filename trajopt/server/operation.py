@@ -26,7 +26,6 @@ class SessionState(Value):
     """A robot among objects, and its positions.
 
     Attributes:
-        robot: Name of the robot on the server.
         positions: Of all joints, shape (number of joints,) [rad | m].
         stamps: Measurement times of clouds in the scene, by name, on their sensors' clocks [s].
     """
@@ -91,9 +90,6 @@ class Watch:
     Attributes:
         cancel: Set when the answer is no longer needed.
         heard: Whether there is a listener.
-        triangles: Most triangles of all meshes in a request.
-        points: Most points of a trajectory in a request.
-        cloud: Most points of a cloud in a request.
         attachment: Bytes of the request in addition to its arguments.
         driven: Whether another request drives the session's robot.
     """
@@ -109,12 +105,6 @@ class Watch:
         attachment: bytes = b"",
         driven: bool = False,
     ) -> None:
-        """Start the clock; other arguments are the attributes.
-
-        Args:
-            seconds: Time limit of the request [s].
-            tell: Sends progress and robot positions; None without a listener.
-        """
         self.cancel, self.heard = Event(), tell is not None
         self.triangles, self.points, self.cloud = triangles, points, cloud
         self.attachment, self.driven = attachment, driven
@@ -182,12 +172,7 @@ class Lane(Enum):
 @checked
 @dataclass(frozen=True)
 class Answer(Value):
-    """Result of an operation.
-
-    Attributes:
-        document: The answer, plain data for JSON.
-        state: The new content of the session; None if unchanged.
-    """
+    """Result of an operation."""
 
     document: object
     state: SessionState | None = None
@@ -206,7 +191,6 @@ class Operation(Value):
     """An operation of the server.
 
     Attributes:
-        edits: Whether it may change the session: such requests are serialised.
         attached: Whether it accepts bytes in addition to its arguments.
     """
 

@@ -31,7 +31,6 @@ class WorkerPool:
         *,
         eager: bool = True,
     ) -> None:
-        """Store the options; `start` starts the workers, `eager` ones before the first request."""
         self.restarts = self.busy = 0
         self._name, self._hello, self._size, self._limits = name, hello, size, limits
         self._eager = eager
@@ -54,7 +53,6 @@ class WorkerPool:
         return self._size
 
     async def start(self) -> None:
-        """Start the workers; returns when they are ready."""
         self._slots = [asyncio.create_task(self._slot()) for _ in range(self._size)]
         if self._eager:
             up = asyncio.gather(*(self._up.acquire() for _ in self._slots))
@@ -64,7 +62,6 @@ class WorkerPool:
                 raise next(error for slot in self._slots if slot.done() and (error := slot.exception()))
 
     async def close(self) -> None:
-        """End all workers, and refuse waiting and further requests."""
         self._closed = True
         for slot in self._slots:
             slot.cancel()
@@ -144,7 +141,6 @@ class WorkerPool:
             self.busy -= 1
 
     def _finished(self, worker: WorkerProcess, job: Job, said: FromWorker) -> bool:
-        """Pass on the worker's answer; return whether its memory is still acceptable."""
         match said:
             case Answered():
                 self._over(job, said)
@@ -197,7 +193,6 @@ class FairQueue(Generic[Item]):
         return True
 
     async def take(self) -> Item:
-        """Wait for an item, and return it: of the owner whose turn it is, the first."""
         while True:
             await self._there.acquire()
             if not self._waiting:

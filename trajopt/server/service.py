@@ -54,10 +54,7 @@ class Service:
         """Store the options.
 
         Args:
-            robots: The robots by name, the default one first.
             modules: Modules with `OPERATIONS`.
-            observer: Called with each finished request.
-            warehouse: Storage of sessions, which are restored at the start; None for none.
 
         Raises:
             ProblemError: If there is no robot.
@@ -102,11 +99,6 @@ class Service:
 
     @checked
     async def close(self, *, drain: float) -> None:
-        """Refuse further requests, stop driven robots, and end the workers.
-
-        Args:
-            drain: Time for running requests to finish [s].
-        """
         self._closing = True
         for run in self._driving.values():
             run.cancel(RequestRefused(Why.CLOSING, "the server is closing, and has stopped the robot"))
@@ -125,7 +117,6 @@ class Service:
         """Create a session: a robot in an empty world, each group in its first named state.
 
         Args:
-            robot: Its name; the first robot if empty.
             face: Name of the face that owns it, if any: such a session is kept although unused, and is found
                 again after a restart if it was stored.
 
@@ -141,7 +132,6 @@ class Service:
         return known or self.sessions.add(*self._empty_scene(name), face=face)
 
     def _empty_scene(self, name: str) -> tuple[PackedScene, list[float]]:
-        """Return a robot in an empty world, and its default configuration [rad | m]."""
         if name not in self._empty:
             loaded = self.robots[name]
             state = SessionState(name, Scene(loaded), initial_positions(loaded))
@@ -160,22 +150,13 @@ class Service:
 
     @checked
     async def keep(self, session: ServiceSession) -> None:
-        """Have a session be there after a restart as well, changed or not; without a warehouse it cannot.
-
-        Raises:
-            RequestRefused: If it could not be kept.
-        """
+        """Have a session be there after a restart as well, changed or not; without a warehouse it cannot."""
         if self._keeper is not None:
             await self._keeper.keep(session, session.scene, session.positions)
             await self._forgotten()
 
     @checked
     async def remove(self, name: str) -> None:
-        """Remove a session, also from disk; its driven robot stops.
-
-        Raises:
-            RequestRefused: If there is none of that id, or it could not be removed from disk.
-        """
         self.sessions.remove(name)
         await self._forgotten()
 
@@ -199,11 +180,7 @@ class Service:
         """Run an operation, and wait for the answer. Cancelling this coroutine cancels the request.
 
         Args:
-            session: Its scene and robot; stores changes.
-            arguments: JSON, or plain data.
             attachment: Bytes for the operation.
-            seconds: Time limit, waiting included [s]; at most that of the limits.
-            listener: Receives the progress as JSON.
             cancellation: Cancels it from elsewhere.
 
         Raises:
@@ -243,7 +220,6 @@ class Service:
             return Reply(answered.body, answered.cpu)
 
     def _check(self, session: ServiceSession, operation: Operation, size: int) -> None:
-        """Refuse invalid requests before they wait for a worker."""
         self._check_open()
         if size > self.limits.body:
             raise RequestRefused(Why.TOO_LARGE, f"a request has {self.limits.body} bytes at most, not {size}")
@@ -260,13 +236,11 @@ class Service:
             )
 
     def _longest(self, lane: Lane) -> float:
-        """Return the time limit of a lane's requests [s]."""
         limits = self.limits
         return {Lane.DRIVING: limits.run_seconds, Lane.VIEWING: limits.view_seconds}.get(lane, limits.seconds)
 
     @property
     def _views(self) -> int:
-        """3-D pages that are open."""
         lanes = [self.operations[job.assignment.operation].lane for job in self._driving.values()]
         return lanes.count(Lane.VIEWING)
 
@@ -376,8 +350,6 @@ async def run_faces(
 
     Args:
         modules: Modules with the operations that the faces need.
-        observer: Called with each finished request.
-        warehouse: Storage of sessions.
     """
     told, stop, loop = asyncio.Event(), asyncio.Event(), asyncio.get_running_loop()
     for each in SIGNALS:

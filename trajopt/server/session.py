@@ -38,13 +38,10 @@ class ServiceSession:
     """A robot in its own scene.
 
     Attributes:
-        scene: Its scene, packed by workers.
-        positions: Of the joints [rad | m].
         stamps: Measurement times of clouds in the scene, by name [s].
         revision: Number of changes of the scene.
         kept: Whether it stays although unused.
         used: Time of last use, on the monotonic clock [s].
-        editors: Number of running and waiting changes of the scene.
         run: The request that drives the robot, if any.
     """
 
@@ -65,7 +62,6 @@ class ServiceSession:
 
     @asynccontextmanager
     async def change(self) -> AsyncGenerator[None]:
-        """Wait for the turn to change the scene: one change at a time."""
         self.editors += 1
         try:
             async with self._editing:
@@ -175,24 +171,12 @@ class Keeper:
     """Stores the sessions of one service in a warehouse, by a worker of its own."""
 
     def __init__(self, warehouse: Warehouse, hello: Hello, limits: Limits) -> None:
-        """Store the options.
-
-        Args:
-            warehouse: The file; it stays open, so that SQLite need not clean up after each write.
-            limits: Of requests: storing a session has the time limit of one.
-        """
         self._warehouse, self._limits, self._known = warehouse, limits, set[str]()
         self.pool = WorkerPool("keeping", msgspec.structs.replace(hello, modules=(MODULE,)), 1, limits)
 
     async def keep(
         self, session: ServiceSession, scene: PackedScene | None, positions: Sequence[float] | None
     ) -> None:
-        """Store the content of a session; returns once it is on disk.
-
-        Args:
-            scene: Its scene; None if unchanged.
-            positions: Of its robot [rad | m]; None if unchanged.
-        """
         new = session.id not in self._known
         what = {
             "session": session.id,
@@ -204,7 +188,6 @@ class Keeper:
         self._known.add(session.id)
 
     async def forget(self, session: ServiceSession) -> None:
-        """Remove a session from the disk; returns when it is gone."""
         self._known.discard(session.id)
         await self._written(session, "forget", {"session": session.id}, session.scene, session.positions)
 
@@ -213,7 +196,6 @@ class Keeper:
 
         Args:
             empty: Empty scene of each robot; sessions of other robots are skipped.
-            most: Largest number, the newest first.
         """
         found = list[ServiceSession]()
         for entry in self._warehouse.find(kind=EntryKind.STATE, tags=[SESSION]):
@@ -328,4 +310,3 @@ OPERATIONS: Mapping[str, Operation] = {
     "keeping/forget": Operation(forget, Lane.KEEPING),
     "keeping/restore": Operation(restore, Lane.KEEPING),
 }
-"""Operations of the worker that stores sessions."""

@@ -45,13 +45,7 @@ class CameraView(Value):
 
 
 def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float) -> CameraView:
-    """Return the nearest camera with a viewing direction that has all points (k, 3) in view.
-
-    Args:
-        points: In the world [m].
-        azimuth: About z from x [rad].
-        elevation: Above the horizon [rad].
-    """
+    """Return the nearest camera with a viewing direction [rad] that has all points (k, 3) in view."""
     axes = _axes(azimuth, elevation)
     target = (points.min(axis=0) + points.max(axis=0)) / 2
     slope = np.tan(FIELD_OF_VIEW / 2) * np.array((aspect, 1.0))
@@ -67,16 +61,11 @@ def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float
 
 
 def picture_coordinates(view: CameraView, points: Floats) -> Floats:
-    """Return coordinates right and up from the middle of a picture, (k, 3) in the world -> (k, 2).
-
-    They are tangents of the viewing angles.
-    """
     depth, across = _project(points - view.target, _axes(view.azimuth, view.elevation))
     return across / np.maximum(view.distance + depth, NEAREST)[:, None]
 
 
 def outermost(points: Floats) -> Floats:
-    """Return the vertices of the convex hull of points (k, 3); all points if they are flat."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 
     try:
@@ -98,7 +87,6 @@ def visible_points(
 
     Args:
         configurations: Of the group along the motion, shape (k, n) [rad | m].
-        times: Of these configurations, shape (k,) [s]; 0 if omitted.
         always: Objects that must be entirely in view, at any place.
     """
     from trajopt.simulation.dynamic_scene import DynamicScene  # importing MuJoCo takes a second

@@ -53,11 +53,6 @@ class DepthCamera:
     def __init__(self, scene: Scene, group: str, camera: Camera) -> None:
         """Prepare the camera.
 
-        Args:
-            scene: Robot and real objects.
-            group: Group whose joints move between measurements; other joints cost more time.
-            camera: The camera, without lens distortion.
-
         Raises:
             ProblemError: If the camera has lens distortion.
             FrameNotFound: If the frame of the camera does not exist.
@@ -85,10 +80,6 @@ class DepthCamera:
 
         Args:
             positions: Of all joints, shape (number of joints,) [rad | m].
-
-        Raises:
-            RenderingUnavailable: If OpenGL does not work.
-            ShapeError: If a joint does not have exactly one finite position.
         """
         at = floats("positions", positions, (len(self._scene.robot.joint_names),))
         reduced = reduce_model(self._scene, self._group, at)
@@ -103,17 +94,7 @@ class DepthCamera:
 
     @checked
     def measure(self, positions: Floats, rng: np.random.Generator, flaws: Flaws = FLAWLESS) -> Singles:
-        """Return the depths with the noise of the camera; NaN for pixels without a measurement.
-
-        Args:
-            positions: As for `exact`.
-            rng: Generator of noise and losses.
-            flaws: Flaws in addition to noise.
-
-        Raises:
-            RenderingUnavailable: If OpenGL does not work.
-            ShapeError: If a joint does not have exactly one finite position.
-        """
+        """Return the depths with the noise of the camera; NaN for pixels without a measurement."""
         exact = self.exact(positions)
         seen = np.isfinite(exact)
         depth = np.where(seen, exact, self._camera.farthest)
@@ -136,7 +117,6 @@ class DepthCamera:
 
 
 def _lost(depth: Floats, camera: Camera, flaws: Flaws) -> NDArray[np.bool_]:
-    """Return a mask of the pixels without a measurement due to edges and grazing surfaces."""
     lost = np.zeros(depth.shape, dtype=np.bool_)
     steps = np.zeros(depth.shape)
     for axis in (0, 1):

@@ -55,14 +55,12 @@ class DynamicScene:
         return self.timed is None or self.timed.there(name, time)
 
     def error(self, name: str, time: float) -> float:
-        """Return the position error of a link or an object at a time [s], in metres."""
         return 0.0 if self.timed is None else self.timed.error(name, time)
 
     def is_uncertain(self, name: str) -> bool:
         return self.timed is not None and self.timed.is_uncertain(name)
 
     def moved(self, name: str, time: float) -> Placement:
-        """Return the displacement of an object on a track from time 0 to a time [s], in the world."""
         timing = self.timings.get(name)
         if timing is None or timing.motion is None:
             return IDENTITY
@@ -83,14 +81,12 @@ class DynamicScene:
     def add_frames(
         self, spec: mujoco.MjSpec, joints: Sequence[mujoco.MjsBody]
     ) -> Mapping[int, mujoco.MjsBody]:
-        """Add a mocap body of MuJoCo for each frame that moves by itself; return these, also by joint."""
         moved = {
             joint: spec.worldbody.add_body(name=name, mocap=True) for joint, name in self._carriers.items()
         }
         return {**dict(enumerate(joints)), **moved}
 
     def put(self, model: mujoco.MjModel, data: mujoco.MjData, time: float) -> None:
-        """Place the mocap bodies at a time [s]."""
         for name, motion in self.tracks.items():
             where, place = motion.track.at(time), int(model.body(name).mocapid[0])
             data.mocap_pos[place], data.mocap_quat[place] = where.translation, scalar_first(where)
@@ -115,12 +111,10 @@ class DynamicScene:
 
     @property
     def _carriers(self) -> Mapping[int, str]:
-        """Last joint of a frame that moves by itself -> the frame."""
         return {self.whole.anchors[name].joint: name for name in self.tracks}
 
 
 def add_specks(spec: mujoco.MjSpec) -> None:
-    """Add the two specks that replace pairs of which one body is absent."""
     for height, name in enumerate(NOWHERE):
         speck = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE)
         speck.size, speck.pos = np.full(3, SPECK), np.array((0.0, 0.0, float(height)))
@@ -132,11 +126,6 @@ class Presence:
     """Disables the pairs of absent bodies; one for each simulation."""
 
     def __init__(self, changing: DynamicScene, model: mujoco.MjModel, owners: Sequence[str]) -> None:
-        """Find the pairs of bodies that appear or expire.
-
-        Args:
-            model: The compiled model; its pairs are changed.
-        """
         self._changing, self._model = changing, model
         self._pairs = np.stack((model.pair_geom1, model.pair_geom2))
         come_and_go = {
@@ -177,13 +166,11 @@ HALF_SPACE_EDGE = 40.0
 
 @dataclass(frozen=True, eq=False)
 class MujocoGeom:
-    """A geometry of MuJoCo.
+    """Geometry of MuJoCo: vertices and outward faces of a mesh, empty for native types.
 
     Attributes:
         size: Size parameters of MuJoCo, shape (3,) [m].
         placement: In the frame of the shape.
-        vertices: Of a mesh, shape (n, 3) [m]; empty for native types.
-        faces: Of a mesh, outward triangles, shape (m, 3); empty for native types.
     """
 
     kind: mujoco.mjtGeom
@@ -218,7 +205,6 @@ def mujoco_geoms(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...],
 
 
 def scalar_first(placement: Placement) -> Floats:
-    """Return the quaternion (w, x, y, z) of a placement, in the order of MuJoCo, shape (4,)."""
     x, y, z, w = placement.quaternion
     return np.array((w, x, y, z))
 
@@ -248,7 +234,6 @@ def _native(kind: mujoco.mjtGeom, *size: float) -> MujocoGeom:
 
 
 def _cloud(cloud: Points | Voxels) -> tuple[tuple[MujocoGeom, ...], str]:
-    """Return the spheres or cubes of a cloud; for a large one fewer that contain them."""
     shown = fewer(cloud, MOST_OF_CLOUD)
     one = _primitive(Sphere(shown.radius) if isinstance(shown, Points) else Box(*(shown.size,) * 3))
     each = tuple(

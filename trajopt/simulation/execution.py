@@ -37,14 +37,7 @@ MOST_STEPS = 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The reference of the controller at every step.
-
-    Attributes:
-        times: Shape (k,) [s].
-        positions: Of the group, shape (k, n) [rad | m].
-        velocities: Shape (k, n) [rad/s | m/s]; zero after the end.
-        accelerations: Shape (k, n) [rad/s^2 | m/s^2]; zero after the end.
-    """
+    """The reference of the controller at every step, shape (k,) and (k, n) each; at rest after the end."""
 
     times: Floats
     positions: Floats
@@ -52,18 +45,11 @@ class Reference:
     accelerations: Floats
 
     def at(self, step: int) -> Floats:
-        """Return positions, velocities and accelerations at one step, shape (3, n)."""
         return np.stack((self.positions[step], self.velocities[step], self.accelerations[step]))
 
 
 def reference(trajectory: Trajectory, dt: float, settling_time: float) -> Reference:
-    """Sample a trajectory, and the hold at its end.
-
-    Args:
-        trajectory: Of the group's joints, in their order.
-        dt: Time step [s].
-        settling_time: Time for which the end is held [s].
-    """
+    """Sample a trajectory, and the hold at its end."""
     if (trajectory.duration + settling_time) / dt > MOST_STEPS:
         raise ProblemError(
             f"{trajectory.duration + settling_time:g} s in steps of {dt:g} s are over {MOST_STEPS} steps; "
@@ -86,12 +72,6 @@ class ComputedTorque:
     """
 
     def __init__(self, reduced: ReducedModel, options: SimulationOptions) -> None:
-        """Prepare the controller.
-
-        Args:
-            reduced: The reduced model; the controller uses its dynamics.
-            options: Natural frequency and damping ratio.
-        """
         self._reduced = reduced
         self._data = reduced.model.createData()
         self._stiffness = options.natural_frequency**2
@@ -103,13 +83,7 @@ class ComputedTorque:
         return values[self._driven]
 
     def __call__(self, followed: Floats, positions: Floats, velocities: Floats) -> Floats:
-        """Return the commanded torques, shape (n,) [Nm | N].
-
-        Args:
-            followed: Reference positions, velocities and accelerations of the group, shape (3, n).
-            positions: Of all joints of the model [rad | m].
-            velocities: Likewise [rad/s | m/s].
-        """
+        """Return the commanded torques, shape (n,) [Nm | N]."""
         reduced = self._reduced
         accelerations = (
             followed[2]
@@ -187,7 +161,6 @@ def simulate(
         motion: A plan, or a result with a plan; or the reduced model (robot and scene) of a trajectory.
             Joints outside the group are at rest.
         trajectory: Of the group's joints, in any order; the one of the plan if None.
-        options: Step, gains, settling time.
 
     Raises:
         PlanningFailed: If the result has no plan.
@@ -318,8 +291,6 @@ def simulate_phases(
     The controller follows each phase as `simulate` does, with the payload of the scene of the phase.
 
     Args:
-        scene: The initial scene, with the object.
-        start: Initial positions of all joints [rad | m].
         fingers: Links with rubber pads.
         driven_together: Joint of the fingers -> the joint that it follows, with factor and offset, for joints
             of one drive that the description does not couple by a mimic.
@@ -363,8 +334,6 @@ def simulate_phases(
 
 
 class _Run:
-    """A running simulation and its stored samples."""
-
     def __init__(
         self,
         plant: "Plant",
@@ -423,7 +392,6 @@ class _Run:
         self._steps += 1
 
     def log(self, reduced: ReducedModel) -> SequenceLog:
-        """Return the stored samples, for joints and scene of a reduced model."""
         times, phases, positions = zip(*self._samples, strict=True)
         return SequenceLog(
             reduced=reduced,
@@ -455,8 +423,6 @@ class _Run:
 
 
 class _Press:
-    """Forces of fingers in place of position control."""
-
     def __init__(self, phase: Phase, joint_names: tuple[str, ...], dt: float) -> None:
         self._forces = np.array([phase.presses.get(name, 0.0) for name in joint_names])
         self._pressing = self._forces != 0.0

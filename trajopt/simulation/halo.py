@@ -27,7 +27,6 @@ class Halo(Value):
     Attributes:
         nearest: Points at distance 0, in the frame of the body, shape (n, 3) [m].
         outward: Unit vectors of their displacements, shape (n, 3).
-        faces: Outward triangles, shape (m, 3).
     """
 
     nearest: Floats

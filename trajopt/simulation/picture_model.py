@@ -59,7 +59,6 @@ class PictureSpec:
     """A model for pictures.
 
     Attributes:
-        spec: Model of MuJoCo, not compiled yet, without collisions.
         owners: Name of a geometry -> its object, for objects that the robot does not move.
         coming: Name of a geometry -> its object, for objects that appear or expire.
         halos: Name of the geometry of a halo -> its object, and the halo.
@@ -245,11 +244,7 @@ def _set_the_stage(spec: mujoco.MjSpec, floor: float) -> None:
 
 
 def adapt_to_camera(model: mujoco.MjModel, azimuth: float, distance: float) -> None:
-    """Place the light above and to the left behind a camera, and extend the view to its distance [m].
-
-    Args:
-        azimuth: Viewing direction, about z from x [rad].
-    """
+    """Place the light above and to the left behind a camera, and extend the view to its distance [m]."""
     model.vis.map.zfar = FARTHEST + distance / model.stat.extent
     towards = azimuth - np.deg2rad(50.0)
     direction = np.array((0.55 * np.cos(towards), 0.55 * np.sin(towards), -1.0))
@@ -267,7 +262,6 @@ class PosedModel:
     """The MuJoCo model of robot and scene for pictures, at a time of a motion.
 
     Attributes:
-        owners: Index of a geometry -> its object, for objects that the robot does not move.
         paths: Paths of the tools of the group, shape (tools, PATH_POINTS, 3) in the world [m].
     """
 
@@ -278,11 +272,6 @@ class PosedModel:
         shown: Floats,
         highlight: Iterable[str] = (),
     ) -> None:
-        """Compile the model.
-
-        Args:
-            shown: Points around the shown region, shape (k, 3) in the world [m].
-        """
         self._reduced, self.motion = reduced, motion
         picture = picture_spec(reduced, shown, loose=motion.loose, highlight=frozenset(highlight))
         self.model = picture.spec.compile()
@@ -326,7 +315,6 @@ class PosedModel:
         return tuple(meshes)
 
     def skeleton(self) -> Floats:
-        """Return the lines from joint to joint of the moving links, shape (k, 2, 3) [m]."""
         parents = self.model.body_parentid[self._bodies]
         inner = parents > 0
         ends = self.data.xpos[np.array(self._bodies)[inner]]

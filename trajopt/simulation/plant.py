@@ -24,12 +24,6 @@ class Plant:
     """Model and state of MuJoCo for a reduced model; one per simulation."""
 
     def __init__(self, reduced: ReducedModel, dt: float, report: SpecReport | None = None) -> None:
-        """Compile the model.
-
-        Args:
-            dt: Time step [s].
-            report: Its MuJoCo model, with additions; a new one if None.
-        """
         report = report or describe(reduced)
         report.spec.option.timestep = dt
         # A diverged simulation is reported; by default MuJoCo resets it silently.
@@ -52,7 +46,6 @@ class Plant:
 
     @property
     def positions(self) -> Floats:
-        """Positions of the model's joints, in the order of Pinocchio [rad | m]."""
         return self.data.qpos[self._position]
 
     @property
@@ -67,16 +60,11 @@ class Plant:
         return Placement(readonly(from_quaternion(qx, qy, qz, w)), readonly(np.array((x, y, z))))
 
     def reset(self, positions: Floats, velocities: Floats) -> None:
-        """Set positions and velocities of the group, shape (n,) each; mimicking joints follow."""
         mujoco.mj_resetData(self.model, self.data)
         self.show(0.0, positions, velocities)
 
     def step(self, torques: Floats) -> Mapping[tuple[str, str], float]:
-        """Advance one time step; return the penetration [m] before the step, by pair of owners.
-
-        Args:
-            torques: Commands of the group's motors, shape (n,) [Nm | N]; clipped to their limits.
-        """
+        """Advance one time step; return the penetration [m] before the step, by pair of owners."""
         self.data.ctrl[:] = torques
         self._put(self.data.time)
         mujoco.mj_step(self.model, self.data)

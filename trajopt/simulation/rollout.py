@@ -26,9 +26,6 @@ class ContactInterval:
     """A contact of two bodies during an interval.
 
     Attributes:
-        pair: Names of the two links or objects.
-        start: Begin [s].
-        end: End [s].
         depth: Largest penetration [m]; contacts of MuJoCo yield a little.
         allowance: Name of the allowance that covers the contact; None for a collision.
     """
@@ -52,24 +49,13 @@ class ContactLog:
     """Merges contacts at single times into intervals."""
 
     def __init__(self, allowances: Iterable[ContactAllowance], duration: float) -> None:
-        """Begin empty.
-
-        Args:
-            allowances: Allowed contacts.
-            duration: Of the trajectory, to whose ends allowances refer [s].
-        """
         self._allowances = tuple(allowances)
         self._duration = duration
         self._open: dict[tuple[str, str], ContactInterval] = {}
         self._closed: list[ContactInterval] = []
 
     def record(self, time: float, depths: Mapping[tuple[str, str], float]) -> None:
-        """Record the contacts at a time after the last one.
-
-        Args:
-            time: The time [s].
-            depths: Penetration by pair [m].
-        """
+        """Record the contacts at a time after the last one."""
         for pair, depth in depths.items():
             running = self._open.get(pair)
             if running is not None and time - running.end <= SAME_CONTACT:
@@ -102,12 +88,7 @@ MOST_CONTACTS = 3
 
 @dataclass(frozen=True, eq=False)
 class TrackingError(Value):
-    """Differences of planned and simulated positions during the motion.
-
-    Attributes:
-        maximum: Largest absolute error of each joint, shape (n,) [rad | m].
-        rms: Root mean square error of each joint, shape (n,) [rad | m].
-    """
+    """Differences of planned and simulated positions during the motion."""
 
     maximum: Floats
     rms: Floats
@@ -115,12 +96,7 @@ class TrackingError(Value):
 
 @dataclass(frozen=True)
 class PoseError:
-    """Error of the pose of a frame.
-
-    Attributes:
-        position: Distance of the origins [m].
-        rotation: Angle of the rotation between the two [rad].
-    """
+    """Error of the pose of a frame: distance [m] and angle [rad]."""
 
     position: float
     rotation: float
@@ -143,11 +119,9 @@ class Rollout(Value):
     """A simulated execution of a trajectory.
 
     Attributes:
-        reduced: The robot and scene it ran in.
         trajectory: The reference, joints in the order of the group.
         times: Of the stored samples, shape (k,) [s]; the last ones belong to the settling time.
         positions: Of the group, shape (k, n) [rad | m].
-        velocities: Shape (k, n) [rad/s | m/s].
         torques: Of the motors, shape (k, n) [Nm | N].
         tracking_error: Over all steps of the motion, stored or not; without the settling time.
         contacts: Contacts that the scene does not allow.
@@ -176,7 +150,6 @@ class Rollout(Value):
 
     @property
     def duration(self) -> float:
-        """Simulated time, settling included [s]."""
         return float(self.times[-1])
 
     @property
@@ -190,9 +163,6 @@ class Rollout(Value):
 
         Args:
             frame: A link, tool frame or object; the group's tool if None.
-
-        Raises:
-            FrameNotFound: If the frame does not exist.
         """
         name = tool_frame(self.reduced) if frame is None else frame
         scene, place = self.reduced.scene, self.reduced.all_positions
@@ -277,8 +247,6 @@ class Phase:
     """One motion of a sequence.
 
     Attributes:
-        reduced: Its group, in a scene with or without the attached object.
-        trajectory: Of the group's joints.
         rest: Time for which its end is held [s].
         presses: Joint of the fingers -> force or torque instead of position control [N | Nm]. If the phase
             moves the joint, it grows from zero during the rest.
@@ -292,7 +260,6 @@ class Phase:
 
     @property
     def duration(self) -> float:
-        """Duration of motion and rest [s]."""
         return self.trajectory.duration + self.rest
 
 
@@ -302,7 +269,6 @@ class SequenceLog(Value):
 
     Attributes:
         reduced: The joints of all phases, in the initial scene.
-        times: Of the stored samples, shape (k,) [s].
         phases: Index of the phase at each sample, shape (k,).
         positions: Of all joints of the robot, shape (k, joints) [rad | m].
         placements: Of the loose object in the world, one per sample.

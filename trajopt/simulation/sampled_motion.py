@@ -21,11 +21,9 @@ MOST_PICTURES = 100_000
 
 @dataclass(frozen=True, eq=False)
 class SampledMotion:
-    """Positions of a group over time, linear between samples.
+    """Positions (k, n) of a group over k >= 2 times from 0, linear between samples.
 
     Attributes:
-        times: Increasing from 0, shape (k,), k >= 2 [s].
-        positions: Shape (k, n) [rad | m].
         loose: Name of a loose object; empty if there is none.
         placements: Of the loose object in the world, k of them.
     """
@@ -37,7 +35,6 @@ class SampledMotion:
 
     @property
     def duration(self) -> float:
-        """Time of the last sample [s]."""
         return float(self.times[-1])
 
     def loose_at(self, t: float) -> Placement:
@@ -45,7 +42,6 @@ class SampledMotion:
         return self.placements[max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)]
 
     def __call__(self, t: float) -> Floats:
-        """Return the positions at a time, shape (n,)."""
         after = min(int(np.searchsorted(self.times, t, side="right")), len(self.times) - 1)
         before = after - 1
         share = (t - self.times[before]) / (self.times[after] - self.times[before])
@@ -96,7 +92,6 @@ def moments_of(motion: SampledMotion, moments: Sequence[float] | None) -> Floats
 
 
 def frame_times(motion: SampledMotion, fps: float) -> Floats:
-    """Return the time of every frame of a film [s]."""
     if motion.duration * fps > MOST_PICTURES:
         raise ShapeError(
             "fps", f"is {fps:g}, which over {motion.duration:g} s gives more than {MOST_PICTURES} pictures"

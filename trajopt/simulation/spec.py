@@ -34,7 +34,6 @@ class PrincipalInertia:
     """Inertia about the principal axes.
 
     Attributes:
-        mass: Mass [kg].
         placement: Of the principal axes in the frame of the body, with the origin in the centre of mass.
         moments: Principal moments, shape (3,) [kg m^2].
         change: Largest change of a moment relative to the robot file [kg m^2].
@@ -51,7 +50,6 @@ class SpecReport:
     """A MuJoCo model, and its differences from the reduced model.
 
     Attributes:
-        spec: The model, not compiled yet.
         owners: Name of a collision geometry -> its link or object.
         notes: A sentence for each shape, inertia or motion that MuJoCo does not represent exactly.
     """
@@ -157,8 +155,6 @@ def add_geom(
     """Fix a geometry to a body, without mass, and without collisions by default.
 
     Args:
-        spec: The model; meshes are stored in it.
-        name: Name of the geometry, and of its mesh.
         where: Placement of its shape in the frame of the body.
     """
     placed = where * piece.placement
@@ -190,7 +186,6 @@ def _joint_axis(model: pin.Model, index: int) -> tuple[mujoco.mjtJoint, Floats]:
 
 
 def _limit(joint: mujoco.MjsJoint, lower: float, upper: float) -> None:
-    """Set position limits; an infinite limit is placed out of reach."""
     limited = np.isfinite((lower, upper)).any() and lower < upper
     joint.limited = mujoco.mjtLimited(int(limited))
     if limited:
@@ -212,7 +207,6 @@ def _add_motors(spec: mujoco.MjSpec, reduced: ReducedModel) -> None:
 
 
 def couple(spec: mujoco.MjSpec, follower: str, leader: str, factor: float, offset: float) -> None:
-    """Couple a joint to another: position = factor * leader + offset."""
     rule = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=follower)
     rule.name2 = leader
     rule.objtype = mujoco.mjtObj.mjOBJ_JOINT

@@ -48,11 +48,6 @@ class DrawnDepth:
     """
 
     def __init__(self, reduced: ReducedModel, camera: Camera, fixed: Floats) -> None:
-        """Compile the model.
-
-        Args:
-            fixed: Positions of the joints that the group does not move.
-        """
         lens = camera.intrinsics
         shown = visible_points(reduced, reduced.start_positions[None])
         spec = picture_spec(reduced, shown).spec
@@ -109,13 +104,7 @@ TRANSLUCENT = 0.3
 
 @dataclass(frozen=True)
 class Canvas:
-    """Size of pictures.
-
-    Attributes:
-        width: Of a picture [pixels].
-        height: Of a picture [pixels].
-        shadow: Edge of the shadow map [pixels].
-    """
+    """Size of pictures, and of the edge of their shadow map [pixels]."""
 
     width: int
     height: int
@@ -140,13 +129,6 @@ class Studio:
         camera: CameraView | None,
         highlight: Collection[str] = (),
     ) -> None:
-        """Prepare model, camera and context.
-
-        Args:
-            pictures: Largest number of times in one picture.
-            camera: The best viewpoint if None.
-            highlight: Links and objects with a special colour, which are entirely in view.
-        """
         shown = in_view(reduced, motion, highlight)
         self._motion = motion
         self._posed = PosedModel(reduced, motion, shown, highlight)
@@ -200,7 +182,6 @@ class Studio:
         return self._screen.picture(self._scene)
 
     def _shown_state(self, t: float) -> Floats:
-        """Return numbers that are equal for equal pictures."""
         where = self._motion.loose_at(t).homogeneous.ravel() if self._motion.loose else ()
         return np.concatenate((self._motion(t), where, self._posed.changing.state(t)))
 
@@ -308,12 +289,7 @@ class Offscreen:
     """An OpenGL context with the meshes and textures of a model; use it in a `with` statement."""
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
-        """Open the context; the offscreen buffer of the model must be at least as large as the pictures.
-
-        Args:
-            width: Of the pictures [pixels].
-            height: Of the pictures [pixels].
-        """
+        """Open the context; the offscreen buffer must be at least as large as the pictures."""
         self._size = (width, height)
         self._context = open_context(width, height)
         try:
@@ -352,7 +328,6 @@ class Offscreen:
         """Return depths along the axis of the camera, shape (height, width), first row on top [m].
 
         Args:
-            nearest: Depth of the near clipping plane [m].
             farthest: Depth of the far clipping plane, which is the depth of empty pixels [m].
         """
         width, height = self._size

@@ -53,12 +53,7 @@ class Viewpoint:
 
 @dataclass(frozen=True, eq=False)
 class _Curves:
-    """Pieces of the rated curves at a time: first the tool paths', then the robot's lines.
-
-    Attributes:
-        time: The time [s].
-        pieces: Both ends, shape (k, 2, 3) in the world [m].
-    """
+    """Pieces of the rated curves at a time: first the tool paths', then the robot's lines."""
 
     time: float
     pieces: Floats
@@ -66,17 +61,14 @@ class _Curves:
 
     @property
     def middles(self) -> Floats:
-        """Targets of the rays, shape (k, 3) [m]."""
         return self.pieces.mean(axis=1)
 
     @property
     def lengths(self) -> Floats:
-        """Lengths of the pieces, shape (k,) [m]."""
         return np.linalg.norm(self.pieces[:, 1] - self.pieces[:, 0], axis=1)
 
     @property
     def of_tools(self) -> Bools:
-        """Mask of the pieces of tool paths, shape (k,)."""
         return np.arange(len(self.pieces)) < self.tools
 
 

@@ -1,4 +1,7 @@
-"""Read-only float arrays, immutable values, and argument checks."""
+"""Read-only float arrays, immutable values, and argument checks.
+
+A check raises a ProblemError for a value of a wrong kind, and a ShapeError for a wrong number or shape.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -42,13 +45,8 @@ def floats(
     """Copy `value` into a read-only float array of a shape and check it.
 
     Args:
-        name: Of the argument, for the error.
-        value: Anything that numpy can read.
         shape: Required shape; None matches any length.
         infinite: Whether infinities are allowed (NaN never is).
-
-    Raises:
-        ShapeError: If the shape differs, or an entry is not finite, or is text or a truth value.
     """
     what = "must be a number" if not tuple(shape) else "must be numbers"
     try:
@@ -73,11 +71,7 @@ def floats(
 
 
 def indices(name: str, value: object, width: int, count: int) -> Ints:
-    """Copy rows of whole numbers into a fresh array of indices, shape (any, width), and check it.
-
-    Args:
-        count: Number of items that the indices select from.
-    """
+    """Copy rows of whole numbers into a fresh array of indices, shape (any, width), and check it."""
     try:
         given = np.asarray(value)
         truths = given is not value and _holds_truth_values(value)
@@ -113,23 +107,14 @@ def _no_number(value: object) -> bool:
 
 
 def number(name: str, value: float, *, infinite: bool = False) -> float:
-    """Return `value` as a finite float.
-
-    Raises:
-        ShapeError: If it is not a number, or not finite.
-    """
+    """Return `value` as a finite float."""
     if type(value) is float and isfinite(value):
         return value
     return float(floats(name, value, (), infinite=infinite))
 
 
 def at_least(options: object, least: float, *names: str) -> None:
-    """Check that fields of options are not below a bound.
-
-    Raises:
-        ShapeError: If one is not a number.
-        ProblemError: If one is smaller.
-    """
+    """Check that fields of options are not below a bound."""
     for name in names:
         value = number(name, getattr(options, name), infinite=True)
         if value < least:
@@ -137,12 +122,7 @@ def at_least(options: object, least: float, *names: str) -> None:
 
 
 def above_zero(options: object, *names: str) -> None:
-    """Check that fields of options are positive.
-
-    Raises:
-        ShapeError: If one is not a number.
-        ProblemError: If one is not positive.
-    """
+    """Check that fields of options are positive."""
     for name in names:
         value = number(name, getattr(options, name), infinite=True)
         if value <= 0.0:
@@ -153,7 +133,6 @@ class Printed:
     """A dataclass that prints on one line; long fields are shortened, large arrays are shown by shape."""
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Keep the printed form of this class: `dataclass` would replace it."""
         super().__init_subclass__(**options)
         if "__repr__" not in cls.__dict__:
             cls.__repr__ = cls.__repr__
@@ -211,64 +190,40 @@ def _kept(item: object) -> object:
 
 
 def mapping(name: str, value: Mapping[K, V]) -> Mapping[K, V]:
-    """Return a mapping.
-
-    Raises:
-        ProblemError: If the value is not a mapping.
-    """
+    """Return a mapping."""
     if not isinstance(value, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"{name} must be a mapping by name, is {shown(value)}")
     return value
 
 
 def sequence(name: str, value: Iterable[V]) -> Sequence[V]:
-    """Return the items of a collection.
-
-    Raises:
-        ProblemError: If the value is not a collection, or is text.
-    """
+    """Return the items of a collection."""
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
         raise ProblemError(f"{name} must be a list or another collection, is {shown(value)}")
     return tuple(value)
 
 
 def one_of(name: str, value: object, kind: type[V]) -> V:
-    """Return a value of a class.
-
-    Raises:
-        ProblemError: If it is an instance of another class.
-    """
+    """Return a value of a class."""
     if not isinstance(value, kind):
         raise ProblemError(f"{name} must be {kind_words(kind)}, is {shown(value)}")
     return value
 
 
 def unless_none(name: str, value: object, kind: type[V]) -> V | None:
-    """Return a value of a class, or None.
-
-    Raises:
-        ProblemError: If it is neither.
-    """
+    """Return a value of a class, or None."""
     return None if value is None else one_of(name, value, kind)
 
 
 def function(name: str, value: F) -> F:
-    """Return a callable, or None.
-
-    Raises:
-        ProblemError: If the value is neither.
-    """
+    """Return a callable, or None."""
     if value is not None and not callable(value):
         raise ProblemError(f"{name} must be a function, is {shown(value)}")
     return value
 
 
 def several(name: str, value: Iterable[V], kind: type[V]) -> tuple[V, ...]:
-    """Return the items of a collection that are all of a class.
-
-    Raises:
-        ProblemError: If the value is not a collection, or an item is of another class.
-    """
+    """Return the items of a collection that are all of a class."""
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
         words = "a list of names" if kind is str else f"{kind_words(kind)} or several"
         raise ProblemError(f"{name} must be {words}, is {shown(value)}")
@@ -276,11 +231,7 @@ def several(name: str, value: Iterable[V], kind: type[V]) -> tuple[V, ...]:
 
 
 def path(name: str, value: Path | str) -> Path:
-    """Return the path of a file.
-
-    Raises:
-        ProblemError: If the value is not a path.
-    """
+    """Return the path of a file."""
     if not isinstance(value, Path | str):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"{name} must be the path of a file, is {shown(value)}")
     return Path(value)
@@ -288,9 +239,6 @@ def path(name: str, value: Path | str) -> Path:
 
 def name_of(what: str, value: str) -> str:
     """Return a name that can be written to files.
-
-    Args:
-        what: The named thing, for the error.
 
     Raises:
         ModelError: If the name has a lone surrogate, which UTF-8 cannot encode.
@@ -304,11 +252,7 @@ def name_of(what: str, value: str) -> str:
 
 
 def direction_of(name: str, value: ArrayLike) -> Floats:
-    """Return a vector scaled to length one, shape (3,).
-
-    Raises:
-        ShapeError: If the value is not a vector or has length zero.
-    """
+    """Return a vector scaled to length one, shape (3,)."""
     vector = floats(name, value, (3,))
     length = float(np.linalg.norm(vector))
     if length < 1e-9:
@@ -317,12 +261,7 @@ def direction_of(name: str, value: ArrayLike) -> Floats:
 
 
 def positive(name: str, value: float, *, infinite: bool = False) -> float:
-    """Return a number that must be positive.
-
-    Raises:
-        ShapeError: If the value is not a number.
-        ProblemError: If it is not positive.
-    """
+    """Return a number that must be positive."""
     checked = number(name, value, infinite=infinite)
     if checked <= 0.0:
         raise ProblemError(f"{name} must be positive, is {checked:g}")
@@ -344,7 +283,6 @@ class Rows(Value):
     Attributes:
         value: Residuals, shape (m,).
         jacobian: Derivatives with respect to the knots of the stencil, shape (m, k, n).
-        knots: The knots of each row's stencil, shape (m, k).
         component: Component of the residual, or pair, of each row, shape (m,).
         place: Location of each row along the motion, in knots, shape (m,).
     """
@@ -361,7 +299,6 @@ LARGEST_SIZE = 50.0
 
 
 def length(name: str, value: float) -> float:
-    """Return a length of a shape [m]."""
     checked = number(name, value)
     if checked <= 0.0:
         raise SizeError(name, f"must be positive, is {checked:g} m")

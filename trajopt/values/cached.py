@@ -69,11 +69,6 @@ class LruCache(Generic[Key, Value]):
     """
 
     def __init__(self, size: int) -> None:
-        """Create an empty cache.
-
-        Args:
-            size: Number of values, at least 1.
-        """
         self._size = size
         self._entries: tuple[tuple[Key, Value], ...] = ()
 
@@ -102,9 +97,7 @@ def cached_arrays(
     A damaged file is computed again. If the folder is not writable, nothing is stored.
 
     Args:
-        kind: First part of the file's name.
         key: All inputs of the computation, including the version of the algorithm.
-        make: Computes the arrays.
     """
     digest = hashlib.sha256()
     for part in key:

@@ -37,10 +37,8 @@ class Piece(Value):
         points: Control points, shape (d + 1, 3) [m].
         rotation: Reference rotation of the rotation vectors, shape (3, 3).
         turns: Control points of rotation vectors, shape (e + 1, 3) [rad].
-        length: Length of the piece along the curve [m].
         cosine: Radius vector of an arc at its start, shape (3,) [m]; zero if the piece is not an arc.
         sine: Radius vector of the arc a right angle later, shape (3,) [m].
-        sweep: Angle of the arc [rad].
     """
 
     points: Floats
@@ -52,7 +50,6 @@ class Piece(Value):
     sweep: float = 0.0
 
     def __call__(self, u: Floats) -> "Places":
-        """Return placements at parameters of shape (s,)."""
         from scipy.spatial.transform import Rotation
 
         angle = (self.sweep * u)[:, None]
@@ -63,12 +60,7 @@ class Piece(Value):
 
 @dataclass(frozen=True, eq=False)
 class Places(Value):
-    """Placements of a frame at s points of a curve.
-
-    Attributes:
-        rotation: Shape (s, 3, 3).
-        translation: Shape (s, 3) [m].
-    """
+    """Placements of a frame at s points of a curve: rotations (s, 3, 3), and translations (s, 3) [m]."""
 
     rotation: Floats
     translation: Floats
@@ -115,14 +107,7 @@ class Curve(Value):
         return float(self.edges[-1])
 
     def __call__(self, s: Floats) -> Places:
-        """Return placements at lengths along the curve, which are clipped to it.
-
-        Args:
-            s: Shape (m,) [m].
-
-        Raises:
-            ShapeError: If an entry is not a number, or the array is not one-dimensional.
-        """
+        """Return placements at lengths along the curve, which are clipped to it."""
         lengths = floats_of_any_shape("s", s)
         if lengths.ndim != 1:
             raise ShapeError("s", f"needs shape (any,), has {lengths.shape}")
@@ -147,11 +132,7 @@ class Curve(Value):
         return int(np.searchsorted(self.poses, s + JOINED, side="right")) - 1
 
     def __add__(self, other: "Curve") -> "Curve":
-        """Append another curve, which starts at the end of this one.
-
-        Raises:
-            ProblemError: If it starts elsewhere.
-        """
+        """Append another curve, which starts at the end of this one."""
         poses = np.concatenate((self.poses, self.length + other.poses[1:]))
         return Curve((*self.pieces, *other.pieces), readonly(poses))
 
@@ -162,11 +143,7 @@ class Curve(Value):
 
 @checked
 def joined(curves: Sequence[Curve]) -> Curve:
-    """Join curves end to end.
-
-    Raises:
-        ProblemError: If there is none, or one does not start at the end of the previous one.
-    """
+    """Join curves end to end."""
     if not curves:
         raise ProblemError("a curve needs pieces that go somewhere")
     whole = curves[0]

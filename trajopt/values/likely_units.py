@@ -36,12 +36,7 @@ DEEP = 1.0
 def stated_angle(
     name: str, value: float | None, *, degrees: bool, default: float = 0.0, infinite: bool = False
 ) -> float:
-    """Return an angle [rad] that is given in radians or degrees, or the default [rad].
-
-    Raises:
-        ShapeError: If it is not a number, or not finite although it must be.
-        ProblemError: If `degrees` is neither true nor false.
-    """
+    """Return an angle [rad] that is given in radians or degrees, or the default [rad]."""
     one_of("degrees", degrees, bool)
     if value is None:
         return default
@@ -52,15 +47,7 @@ def stated_angle(
 def stated_angles(
     name: str, value: ArrayLike, shape: Sequence[int | None], *, degrees: bool, infinite: bool = False
 ) -> Floats:
-    """Return angles of an orientation [rad] that are given in radians or degrees.
-
-    Raises:
-        ShapeError: If the shape is wrong, or they are not finite although they must be.
-        ProblemError: If `degrees` is neither true nor false.
-
-    Warns:
-        UnitWarning: If one is given in radians and is beyond a whole turn.
-    """
+    """Return angles of an orientation [rad] that are given in radians or degrees."""
     given = floats(name, value, shape, infinite=infinite)
     if one_of("degrees", degrees, bool):
         return readonly(np.deg2rad(given))

@@ -29,7 +29,7 @@ class Placement(Value):
     """Rotation and translation of a frame relative to a reference frame.
 
     A point with coordinates x in the placed frame has `rotation @ x + translation` in the
-    reference frame. Build one with `placement(...)`, which checks its input.
+    reference frame.
 
     Attributes:
         rotation: Rotation matrix, shape (3, 3), read-only.
@@ -128,15 +128,6 @@ def placement(
 
     Returns:
         The placement; with identity orientation if none of the three is given.
-
-    Raises:
-        ShapeError: If a number is not finite, the quaternion is zero, the matrix is not a
-            rotation, or more than one orientation is given.
-        SizeError: If the position is farther than 1e6 m: there rounding exceeds a micrometre.
-        ProblemError: If `degrees` is neither true nor false.
-
-    Warns:
-        UnitWarning: If an angle in radians is beyond a whole turn.
     """
     translation = floats("xyz", xyz, (3,))
     if np.abs(translation).max() > FARTHEST:
@@ -158,12 +149,7 @@ def placement(
 
 
 def as_placement(name: str, value: PlacementLike) -> Placement:
-    """Convert an argument to a placement.
-
-    Args:
-        name: Of the argument, for the error.
-        value: A `Placement` (returned itself), a `pinocchio.SE3`, a homogeneous matrix of shape (4, 4), or
-            a pair (position [m], quaternion (x, y, z, w)).
+    """Convert an argument to a placement; its name is for the error.
 
     Raises:
         ShapeError: If it is none of these, a number is not finite, or its rotation is invalid.

@@ -105,11 +105,7 @@ ON_AXIS = float(np.cos(np.deg2rad(0.5)))
 
 
 def in_direction(direction: Floats, reference: str) -> str:
-    """Print a unit vector (3,): "up", "along -x", "along (0.5, 0, -0.866), 60 deg down".
-
-    Args:
-        reference: "world", whose z is up, or the name of another frame.
-    """
+    """Print a unit vector (3,): "up", "along -x", "along (0.5, 0, -0.866), 60 deg down"."""
     coordinates = direction.tolist()
     axis = next((index for index, value in enumerate(coordinates) if abs(value) > ON_AXIS), None)
     if axis is not None:
@@ -125,7 +121,6 @@ def in_direction(direction: Floats, reference: str) -> str:
 
 
 def of_frame(reference: str) -> str:
-    """Name the frame of the axes, unless it is the world."""
     return "" if reference == "world" else f" of {reference}"
 
 

@@ -33,12 +33,7 @@ allows a tenth of it for the start state.
 @checked
 @dataclass(frozen=True, eq=False)
 class Path(Value):
-    """A polyline through knots in joint space, without time.
-
-    Attributes:
-        joint_names: Names of the n joints.
-        knots: Joint positions, shape (N, n) [rad | m], N >= 2.
-    """
+    """A polyline through knots in joint space, shape (N, n) [rad | m], N >= 2, without time."""
 
     joint_names: tuple[str, ...]
     knots: Floats
@@ -105,11 +100,6 @@ class Trajectory(Value):
     accelerations: Floats | None = None
 
     def __post_init__(self) -> None:
-        """Check shapes and that time increases.
-
-        Raises:
-            ShapeError: If they do not fit, or times do not increase from 0 to at most 1e9 s.
-        """
         object.__setattr__(self, "times", floats("times", self.times, (None,)))
         count, joints = len(self.times), len(sequence("joint_names", self.joint_names))
         for name in ("positions", "velocities", "accelerations"):
@@ -155,10 +145,6 @@ class Trajectory(Value):
     def between(self, begin: float, end: float) -> Trajectory:
         """Return the part of the motion between two times, with its own time starting at 0.
 
-        Args:
-            begin: Start time, at least 0 [s].
-            end: End time, later, at most the duration [s].
-
         Raises:
             ShapeError: If the times are not in order or not within the motion.
         """
@@ -184,8 +170,8 @@ class Trajectory(Value):
         """Return this motion followed by another.
 
         Args:
-            other: Starts at the end of this one, with the same velocity and acceleration as far as both state
-                them, for the same joints in the same order.
+            other: Of the same joints in the same order, and with the same velocity and acceleration where
+                they meet.
 
         Raises:
             ShapeError: If the motions do not meet.
@@ -215,9 +201,6 @@ class Trajectory(Value):
         longer by a hundredth; positions, velocities and accelerations have shape (k, n). At these times the
         values are exact; between them the result is a quintic that approximates the motion. `judge` checks
         whether it still meets all requirements.
-
-        Args:
-            hz: Samples per second [1/s].
 
         Raises:
             ShapeError: If the rate is not positive, or leads to more than a million samples.
@@ -259,7 +242,6 @@ class Trajectory(Value):
 
     @property
     def duration(self) -> float:
-        """Time of the last point [s]."""
         return float(self.times[-1])
 
     @cached_property
@@ -325,7 +307,6 @@ class Trajectory(Value):
 
 
 def _hermite(trajectory: Trajectory) -> Floats:
-    """Hermite interpolants of degree 1, 3 or 5 (coefficients of the time in each segment)."""
     h = np.diff(trajectory.times)[:, None]
     p0, p1 = trajectory.positions[:-1], trajectory.positions[1:]
     if trajectory.velocities is None:
@@ -359,7 +340,6 @@ def refined(times: Floats, knots: Floats, coefficients: Floats, degree: int) -> 
     Args:
         times: Ends of the k finer pieces, which include all inner ends of the coarse ones, shape (k + 1,)
             [s].
-        knots: Ends of the j coarse pieces, shape (j + 1,) [s].
         coefficients: In the time since the start of each piece, highest power first, shape (d + 1, j, n).
         degree: Number of powers of the result, d + 1 or more.
     """

@@ -1,10 +1,7 @@
 """Views of motions: in the browser, and as plots over time.
 
-`view` serves a page with the robot, its surroundings and a time slider (extra `view`), `watch_run` a page of
-a running execution, `view_run` of its recording, `live_view` a page for planning by hand, `mirror_view` a
-page of a remote robot; `plot_motion` writes an image, `plot_path_time` the blocked intervals of a path,
-`plot_reach` a reach map, `draw_explanation` the cause of a failure. No other room depends on this one, except
-the command line and `ros`.
+`view`, `watch_run`, `view_run`, `live_view` and `mirror_view` serve pages (extra `view`); `plot_motion`,
+`plot_path_time`, `plot_reach` and `draw_explanation` write images.
 """
 
 from trajopt.viewer.explained import draw_explanation as draw_explanation

@@ -59,7 +59,6 @@ class ClearanceQuery:
     """
 
     def __init__(self, reduced: ReducedModel, duration: float) -> None:
-        """Build the query for a motion of that duration [s]."""
         self.timed = reduced.timed
         self.reduced = reduced if self.timed is None else self.timed.reduced
         self._duration = duration
@@ -67,11 +66,9 @@ class ClearanceQuery:
         self.query = evaluator(self.reduced)
 
     def positions(self, times: Floats, positions: Floats) -> Floats:
-        """Return positions of all joints of `reduced` at times (S,), given the group's (S, n) [rad | m]."""
         return positions if self.timed is None else self.timed.positions(positions, times)
 
     def nearest(self, t: float, positions: Floats) -> Nearest | None:
-        """Return the pair with the least clearance beyond the required one at a time [s], if any."""
         return next(iter(self.nearest_pairs(t, positions, 1)), None)
 
     def nearest_pairs(self, t: float, positions: Floats, count: int) -> tuple[Nearest, ...]:
@@ -99,13 +96,7 @@ class ClearanceQuery:
         return tuple(nearest.values())
 
     def smallest(self, times: Floats, positions: Floats, reach: float) -> Mapping[ClearanceKind, Floats]:
-        """Return the smallest clearance of each kind of pair over time, shape (S,) [m]; inf beyond `reach`.
-
-        Args:
-            times: Shape (S,) [s].
-            positions: The group's, shape (S, n) [rad | m].
-            reach: Larger clearances are not measured [m].
-        """
+        """Return the smallest clearance of each kind of pair at times, (S,) [m]; inf beyond `reach`."""
         kinds = self.kinds()
         errors = self.error(times)
         found = self.query.close_pairs(self.positions(times, positions), reach + errors.max(axis=0))
@@ -132,7 +123,6 @@ class ClearanceQuery:
         return result
 
     def error(self, times: Floats) -> Floats:
-        """Return the track error of each pair at each time, (S,) -> (S, pairs) [m]."""
         if self._changing is None:
             return np.zeros((len(times), len(self.reduced.pairs.first)))
         return self._changing.error_at(times[:, None], slice(None))
@@ -163,12 +153,7 @@ REACH = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Tilt:
-    """Angle between an axis of a frame and its direction over time.
-
-    Attributes:
-        bound: Largest angle allowed [rad].
-        angles: Shape (S,) [rad].
-    """
+    """Angle between an axis of a frame and its direction over time, shape (S,), and its bound [rad]."""
 
     frame: str
     bound: float
@@ -180,10 +165,8 @@ class MotionSamples:
     """A motion at S times.
 
     Attributes:
-        times: Shape (S,) [s].
         position_shares: -1 at the lower limit, 1 at the upper; half turns without limits, (S, n).
-        velocity_shares: Velocities divided by their limits, shape (S, n).
-        acceleration_shares: Likewise, shape (S, n).
+        velocity_shares: Velocities divided by their limits, shape (S, n), as `acceleration_shares`.
         unlimited: Names of the joints without position limits.
         clearance_times: Shape (C,) [s].
         clearances: Smallest clearance of each kind of pair, shape (C,) [m]; inf beyond `REACH`.

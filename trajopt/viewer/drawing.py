@@ -64,8 +64,6 @@ class Drawing:
 
         Args:
             root: Name of the root node, if a page has several; empty for the page's own.
-            robot: Whether to draw the robot and the floor.
-            objects: Whether to draw the objects.
         """
         self._server = server
         self._reduced = reduced
@@ -129,13 +127,11 @@ class Drawing:
             self._line.colors = self._dots.colors = np.array(colour, dtype=np.uint8)
 
     def show_collision_shapes(self, visible: bool) -> None:
-        """Draw the robot's collision shapes over its links, or not."""
         with self._server.atomic():
             for handle in self._collision:
                 handle.visible = visible
 
     def show_visual_shapes(self, visible: bool) -> None:
-        """Draw links by their visual or collision shapes; without visuals always by the latter."""
         with self._server.atomic():
             for handle in self._visual:
                 handle.visible = visible
@@ -174,7 +170,6 @@ class Drawing:
                 self._halos.append((body.owner, around, handle))
 
     def draw_tool_paths(self, paths: Floats) -> None:
-        """Draw the paths of the tools, shape (tools, points, 3) [m]."""
         for count, points in enumerate(paths):
             self._server.scene.add_line_segments(
                 f"/tool_path_{count}",
@@ -276,7 +271,6 @@ def _colour(visual: LinkGeometry, plain: Rgb) -> Rgb:
 
 
 def _lowest(body: FixedBody) -> float:
-    """Return a lower bound of a fixed body's height [m]."""
     lower, upper = bounding_box(body.shape)
     half, centre = (upper - lower) / 2, body.placement * ((lower + upper) / 2)
     return float(centre[2] - np.abs(body.placement.rotation[2]) @ half)
@@ -301,7 +295,6 @@ class Trail:
     """A line in the page, as thick on the screen from near as from afar."""
 
     def __init__(self, server: "ViserServer", node: str, colour: Rgb, thickness: float) -> None:
-        """Prepare a line of this width on the screen [px]; nothing is shown yet."""
         self._line = server.scene.add_line_segments(
             node,
             np.zeros((POINTS - 1, 2, 3), dtype=np.float32),
@@ -312,7 +305,6 @@ class Trail:
         )
 
     def show(self, points: Floats | None) -> None:
-        """Show the line through points of shape (k, 3) [m], or none."""
         self._line.visible = points is not None
         if points is not None:
             self._line.points = np.stack((points[:-1], points[1:]), axis=1).astype(np.float32)

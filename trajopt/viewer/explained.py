@@ -52,8 +52,7 @@ def draw_explanation(
     Args:
         explanation: From `Result.explain`.
         path: The PNG file.
-        width: Of the picture without the text [pixels].
-        height: Of the picture without the text [pixels].
+        width: Of the picture without the text [pixels], as `height`.
 
     Raises:
         FileFormatError: If the suffix is not an image format, or the folder does not exist.

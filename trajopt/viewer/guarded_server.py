@@ -53,7 +53,6 @@ class PageGuard:
         return None
 
     def without_secret(self, request: "Request") -> "Request":
-        """Return the request that viser sees: without the secret in its path."""
         return replace(request, path=request.path.removeprefix(f"/{self.secret}") or "/")
 
 
@@ -70,11 +69,6 @@ class GuardedServer(ViserServer):
     address: str
 
     def __init__(self, host: str, port: int) -> None:
-        """Start to serve an empty page.
-
-        Args:
-            port: Port; the next free one if it is taken.
-        """
         guard = PageGuard(host)
         with _asking(guard):
             super().__init__(host, port, "trajopt", verbose=False)  # pyright: ignore[reportUnknownMemberType]

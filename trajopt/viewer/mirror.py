@@ -46,7 +46,6 @@ class RemoteState(Value):
         driven: Whether it is being driven.
         ahead: Positions of all joints along the rest of its motion, shape (k, number of joints); None
             if unknown.
-        events: Published events, in order.
     """
 
     revision: int
@@ -122,21 +121,10 @@ class MirrorClient:
             raise
 
     def state(self) -> RemoteState:
-        """Return the present state of the robot.
-
-        Raises:
-            ServerError: If the address does not answer.
-            FileFormatError: If the answer is invalid.
-        """
+        """Return the present state of the robot."""
         return state_of(self._asked("GET", "state"), len(self.robot.joint_names))
 
     def scene(self) -> Scene:
-        """Return the present surroundings.
-
-        Raises:
-            ServerError: If the address does not answer.
-            FileFormatError: If the answer is invalid.
-        """
         known = {"robot": self.robot}
         return value_of_message(self._asked("POST", "scene"), known, Scene).still_at(0.0)
 
@@ -166,8 +154,6 @@ def mirror_view(url: str, *, token: str = "", port: int = 8080, host: str = "127
     Args:
         url: Of a session of `trajopt serve` ("http://127.0.0.1:8080/sessions/ID"), or of a published run
             (`trajopt run --publish`, or a `RunPublisher`).
-        token: Access token of the server.
-        port: Port to serve on; the next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Raises:
@@ -186,12 +172,7 @@ def mirror_view(url: str, *, token: str = "", port: int = 8080, host: str = "127
 
 
 class MirrorView(Served):
-    """A page that shows a remote robot; `mirror_view` opens one.
-
-    Attributes:
-        url: Address of the page.
-        scene: The known surroundings of the robot.
-    """
+    """A page that shows a remote robot; `mirror_view` opens one."""
 
     def __init__(
         self, server: "GuardedServer", source: MirrorClient, state: RemoteState, scene: Scene
@@ -222,7 +203,6 @@ class MirrorView(Served):
         self._source.close()
 
     def _follow(self) -> None:
-        """Poll, and show changes (body of the thread)."""
         wait = PERIOD
         while not self._closed.wait(wait):
             try:
@@ -310,8 +290,6 @@ class RunPublisher:
         """Start to answer.
 
         Args:
-            problem: The problem of the run.
-            port: Port; any free one if 0.
             host: Address to answer on; "0.0.0.0" lets other machines connect too.
 
         Raises:

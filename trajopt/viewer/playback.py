@@ -43,13 +43,6 @@ class Playback:
         draw: Callable[[float], None],
         taken: Callable[[], None] = lambda: None,
     ) -> None:
-        """Add the controls; nothing is drawn yet.
-
-        Args:
-            duration: The last time [s].
-            draw: Draws everything except the slider at a time [s].
-            taken: Called when the user moves the slider, or plays.
-        """
         self.time, self.lock = 0.0, threading.RLock()
         self._duration, self._draw = duration, draw
         self._playing, self._closed = threading.Event(), threading.Event()
@@ -85,13 +78,11 @@ class Playback:
         return self._playing.is_set()
 
     def show(self, t: float) -> None:
-        """Show a time [s], clipped to the duration."""
         with self.lock:
             self.refresh(t)
             self._slider.value = self.time
 
     def refresh(self, t: float) -> None:
-        """Show a time [s] without moving the slider."""
         with self.lock:
             self.time = min(max(float(t), 0.0), self._duration)
             self._draw(self.time)
@@ -103,7 +94,6 @@ class Playback:
             self._slider.max = max(_last(duration, self._slider.step), self._slider.max)
 
     def replace(self, duration: float) -> None:
-        """Restart with another duration [s]; 0 for nothing to show."""
         with self.lock:
             self.pause()
             self._duration = duration
@@ -124,14 +114,12 @@ class Playback:
             self._playing.clear()
 
     def close(self) -> None:
-        """End the thread that plays: its frames would hold native objects beyond the interpreter's end."""
         with self.lock:
             self._closed.set()
             self._playing.set()
         self._player.join()
 
     def _play(self) -> None:
-        """Advance while playing (body of the thread)."""
         last = time.monotonic()
         while not self._closed.is_set():
             if not self._playing.is_set():
@@ -148,7 +136,6 @@ class Playback:
 
 
 def _last(duration: float, step: float) -> float:
-    """Return the end of a slider that must reach a duration [s]."""
     return round(float(np.ceil(duration / step)) * step, 3)
 
 
@@ -159,12 +146,10 @@ class PlayedPage(Served):
 
     @property
     def time(self) -> float:
-        """Shown time since the start [s]."""
         return self._playback.time
 
     @checked
     def show(self, t: float) -> None:
-        """Show a time since the start [s], clipped to the duration."""
         self._leave_live()
         self._playback.show(t)
 
@@ -187,7 +172,7 @@ class PlannedSegment(Protocol):
 
     @property
     def title(self) -> str:
-        """The names of its stages."""
+        """Names of its stages."""
         ...
 
     @property
@@ -229,8 +214,6 @@ def view(
     Args:
         motion: A plan, or a result that has one; the result of a task or of a pick and place; or the reduced
             model (robot and scene) of a trajectory.
-        trajectory: The motion of the group's joints; the plan's own if None.
-        port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Returns:
@@ -254,14 +237,9 @@ def view(
 
 
 class Viewer(PlayedPage):
-    """A page that shows a motion; `view` opens one.
-
-    Attributes:
-        url: Address of the page.
-    """
+    """A page that shows a motion; `view` opens one."""
 
     def __init__(self, server: "GuardedServer", reduced: ReducedModel, trajectory: Trajectory) -> None:
-        """Draw the scene and the controls, and show the beginning."""
         from trajopt.simulation.sampled_motion import motion_of
 
         super().__init__(server)
@@ -280,7 +258,6 @@ class Viewer(PlayedPage):
 
     @property
     def positions(self) -> Floats:
-        """Shown positions of the group's joints, shape (n,) [rad | m]."""
         return self._trajectory(self.time)
 
     @property
@@ -319,14 +296,9 @@ class Viewer(PlayedPage):
 
 
 class SequenceViewer(PlayedPage):
-    """A page that shows several motions one after the other, each in the scene of its time.
-
-    Attributes:
-        url: Address of the page.
-    """
+    """A page that shows several motions one after the other, each in the scene of its time."""
 
     def __init__(self, server: "GuardedServer", segments: Sequence[PlannedSegment]) -> None:
-        """Draw the first scene and the controls; other scenes are drawn when they are first shown."""
         from trajopt.simulation.sampled_motion import motion_of
 
         super().__init__(server)
@@ -348,11 +320,9 @@ class SequenceViewer(PlayedPage):
 
     @property
     def motion(self) -> int:
-        """Index of the shown motion."""
         return max(int(np.searchsorted(self._begins, self.time, side="right")) - 1, 0)
 
     def _shown(self, index: int) -> SceneView:
-        """Return the scene of a motion, which alone is visible."""
         plan = self._plans[index]
         if index not in self._scenes:
             first = plan.trajectory(0.0)

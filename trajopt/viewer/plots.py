@@ -54,9 +54,7 @@ def plot_motion(
     Args:
         trajectory: Of the group's joints.
         path: The image; its suffix selects the format (PNG without one).
-        limits: The robot's own if None.
         constraints: Path constraints; axis alignments are drawn.
-        title: Heading of the image.
 
     Raises:
         ShapeError: If the trajectory moves other joints than the group's.
@@ -96,7 +94,6 @@ def plot_motion(
 
 
 def image_path(path: Path | str, known: Iterable[str]) -> Path:
-    """Return the image path, with the suffix .png if it has none."""
     target = Path(path) if Path(path).suffix else Path(path).with_suffix(".png")
     if target.suffix[1:].lower() not in known:
         raise FileFormatError(str(target), f"is not an image format; known: {', '.join(sorted(known))}")
@@ -211,10 +208,8 @@ def plot_path_time(
     collision. The regions are sampled (`trajopt.planning.forbidden_times`).
 
     Args:
-        plan: The plan, or a result that has one.
         path: The image; its suffix selects the format (PNG without one).
         until: End of the time axis [s]; 1.5 times the duration of the motion if None.
-        title: Heading of the image.
 
     Raises:
         PlanningFailed: If the result has no plan.
@@ -446,7 +441,6 @@ def _paths(
 
 
 def _chosen(runs: Sequence[RunOutcome]) -> list[str]:
-    """Return a few problems, spread over those with results of most methods."""
     counts: dict[str, int] = {}
     for run in runs:
         counts[run.problem] = counts.get(run.problem, 0) + 1
@@ -480,7 +474,6 @@ def _legend(figure: "Figure", panels: "Sequence[Axes]", used: int) -> None:
 
 
 def _few_ticks(axes: "Axes") -> None:
-    """Label a logarithmic axis of times at a few round values only."""
     low, high = axes.get_xlim()
     ticks = sorted({float(f"{place:.1g}") for place in np.geomspace(low, high, 5)[1:-1]})
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])

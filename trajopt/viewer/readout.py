@@ -73,7 +73,6 @@ def events_html(events: Sequence[Event], shown: int) -> str:
 
 
 def decimal(value: float) -> str:
-    """Return a number with one decimal, and zero without a sign."""
     return f"{round(value, 1) + 0.0:.1f}"
 
 

@@ -38,12 +38,6 @@ class RunDrawing:
     """
 
     def __init__(self, server: "GuardedServer", group: str, start: Floats, first: Sighting) -> None:
-        """Draw the robot at its start.
-
-        Args:
-            start: Positions of all joints at the start, shape (number of joints,) [rad | m].
-            first: The world known at the start.
-        """
         self.server, self._group, self._start = server, group, start
         self.reduced = reduce_model(first.world.scene, group, start)
         self.nearest: Nearest | None = None
@@ -88,16 +82,11 @@ class RunDrawing:
 
 
 class Ahead:
-    """A motion that is ahead of the robot: the line that its tool will draw, and a ghost at its end.
-
-    Attributes:
-        visible: Whether it is to be seen.
-    """
+    """A motion that is ahead of the robot: the line that its tool will draw, and a ghost at its end."""
 
     def __init__(
         self, server: "ViserServer", query: Evaluator, name: str, colour: Rgb, thickness: float
     ) -> None:
-        """Prepare it with a line of this width on the screen [px]; nothing is shown yet."""
         self.visible, reduced = True, query.reduced
         self._query, self._tool = query, reduced.attachment(tool_frame(reduced))
         self._ghost = Ghost(server, reduced, f"{name}_ghost", colour)
@@ -123,7 +112,6 @@ def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1")
     """Serve a page that shows a recorded run; returns immediately: open its `url`; `wait()` blocks.
 
     Args:
-        port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Raises:
@@ -146,8 +134,6 @@ def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") ->
     `viewer.look` receives the supervisor after each cycle: `run(problem, watch=viewer.look)`.
 
     Args:
-        problem: The problem of the run.
-        port: Port to serve on; the next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Raises:
@@ -160,11 +146,7 @@ def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") ->
 
 
 class RunViewer(PlayedPage):
-    """A page that shows a run; `watch_run` and `view_run` open one.
-
-    Attributes:
-        url: Address of the page.
-    """
+    """A page that shows a run; `watch_run` and `view_run` open one."""
 
     def __init__(self, drawing: RunDrawing, source: Logbook | Recording, motion: Trajectory | None) -> None:
         server = drawing.server
@@ -204,11 +186,7 @@ class RunViewer(PlayedPage):
 
     @property
     def recording(self) -> Recording:
-        """The recording so far.
-
-        Raises:
-            ProblemError: If there is no moment yet.
-        """
+        """The recording so far."""
         source = self._source
         if isinstance(source, Recording):
             return source
@@ -219,11 +197,7 @@ class RunViewer(PlayedPage):
 
     @checked
     def look(self, watched: Watched) -> None:
-        """Record the present moment; another thread draws it soon after.
-
-        Raises:
-            ProblemError: If it is another supervisor than before, or the page shows a recording.
-        """
+        """Record the present moment; another thread draws it soon after."""
         if isinstance(self._source, Recording):
             raise ProblemError("this page shows a recording: watch_run shows what goes on")
         self._source.look(watched)
@@ -236,7 +210,6 @@ class RunViewer(PlayedPage):
         self._live.value = False
 
     def _follow(self) -> None:
-        """Show new moments while the page is live (body of the thread)."""
         source = self._source
         while isinstance(source, Logbook) and not self._closed.wait(FRAME_TIME):
             looks = source.samples
@@ -249,7 +222,6 @@ class RunViewer(PlayedPage):
                     self._playback.show(source.duration)
 
     def _draw(self, t: float) -> None:
-        """Show everything except the slider at a time since the start [s]."""
         source = self._source
         if isinstance(source, Logbook):
             if not source.samples:

@@ -45,9 +45,7 @@ class SceneView:
 
         Args:
             positions: Of the group's joints, shape (n,) [rad | m].
-            duration: Of the shown motion [s].
             root: Name of the root node, if a page has several scenes; empty for the page's own.
-            robot: Whether to draw the robot and the floor.
         """
         self._server, self._reduced = server, reduced
         self.clearance = ClearanceQuery(reduced, duration)
@@ -112,7 +110,6 @@ def look_from_the_best_side(
 
 
 def aim(server: "ViserServer", view: "CameraView", *, back: float = 1.0, aside: float = 0.0) -> None:
-    """Place the camera of new visitors of a page; `back` and `aside` as in `look_from_the_best_side`."""
     from trajopt.simulation.camera import FIELD_OF_VIEW
 
     camera = server.initial_camera

@@ -21,11 +21,7 @@ LAST_PORT = 65535
 
 
 def open_server(host: str, port: int) -> "GuardedServer":
-    """Serve an empty page, which opens only by the address with its secret.
-
-    Args:
-        port: Port; the next free one if it is taken.
-    """
+    """Serve an empty page, which opens only by the address with its secret."""
     try:
         import viser  # noqa: F401  # pyright: ignore[reportUnusedImport]
 
@@ -45,12 +41,10 @@ def close_server(server: "ViserServer") -> None:
 
 
 def _unannounced() -> redirect_stdout[StringIO]:
-    """Keep viser's own announcements, which `verbose` does not stop, out of the caller's output."""
     return redirect_stdout(StringIO())
 
 
 def _check_address(host: str, port: int) -> None:
-    """Refuse addresses that cannot be served on: the server would wait for its own start."""
     if type(port) is not int or not 0 <= port <= LAST_PORT:
         raise ProblemError(f"port must be a whole number from 0 to {LAST_PORT}, is {shown(port)}")
     try:
@@ -67,7 +61,6 @@ class Served(ABC):
     """
 
     def __init__(self, server: "GuardedServer") -> None:
-        """Register the page for closing at the end of the program."""
         self.url = server.address
         self._server, self._closed, self._closing = server, threading.Event(), threading.Lock()
         atexit.register(self.close)  # runs before viser's own, which would announce it

@@ -51,10 +51,8 @@ def servo_page(
     """Serve a page that leads a robot, and shows it; returns immediately.
 
     Args:
-        problem: The problem of the servo.
         frame: The tool's frame; the group's own if empty.
         axes: Frame of the tool sliders' axes: "world", or the tool's own.
-        port: Port to serve on; the next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines lead the robot too.
 
     Raises:
@@ -70,11 +68,7 @@ def servo_page(
 
 
 class ServoPage(Served):
-    """A page that leads a robot; `servo_page` opens one. An input of a servo: `guide(servo, page, ...)`.
-
-    Attributes:
-        url: Address of the page.
-    """
+    """A page that leads a robot; `servo_page` opens one. An input of a servo: `guide(servo, page, ...)`."""
 
     def __init__(self, drawing: RunDrawing, tool: str, axes: str) -> None:
         server = drawing.server
@@ -164,7 +158,6 @@ class ServoPage(Served):
         self.move_gizmo(reduced.scene.placement_of(self._tool, reduced.all_positions(at)))
 
     def _follow(self) -> None:
-        """Show new moments (body of the thread)."""
         while not self._closed.wait(FRAME_TIME):
             looks = self._logbook.samples
             if looks == self._shown:

@@ -1,7 +1,6 @@
 """Bundles: a problem and the result of planning it, in one self-contained file.
 
-`result.save("x.trajopt")`, `plan.save(...)` and `problem.save(...)` write a bundle, `read_bundle` reads it on
-any machine, `replay` plans it again and lists the differences.
+`result.save("x.trajopt")` writes one, `read_bundle` reads it on any machine, `replay` plans it again.
 """
 
 from trajopt.files.bundle.bundle import Bundle as Bundle

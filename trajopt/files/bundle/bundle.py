@@ -71,15 +71,10 @@ class Bundle(Value):
 
     Attributes:
         made: Time of writing (UTC, ISO 8601).
-        versions: Versions of Python, trajopt and its dependencies at the time of writing, by name.
-        problem: With robot and scene.
         arguments: Of the planning call; None if not planned or unknown.
-        method: Description of the planning method; empty if not planned.
         custom_method: Whether the method was an object with its own options, which a file cannot hold.
         trajectory: The motion, verified or not; None if planning did not reach one.
         path_planned: The path without timing; None if planning did not reach one.
-        answer: The result, in the form of `Result.as_dict`.
-        explanation: The output of `Result.explain` as plain data; empty if not explained.
     """
 
     path: Path
@@ -101,11 +96,6 @@ class Bundle(Value):
         return str(self.answer.get("status", ""))
 
     def require(self) -> Trajectory:
-        """Return the motion.
-
-        Raises:
-            ModelError: If the bundle has none.
-        """
         if self.trajectory is None:
             raise ModelError(f"{self.path} holds {self.holds.value}, and no motion")
         return self.trajectory
@@ -264,10 +254,6 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
 
     Args:
         meshes: Folder for unpacking the visual meshes; None leaves them packed.
-
-    Raises:
-        FileFormatError: If the file is missing, damaged, too large, incomplete, or newer than this version of
-            trajopt.
     """
     return bundle_of(Archive(path), meshes)
 
@@ -333,7 +319,6 @@ def _plain(archive: Members, name: str) -> Mapping[str, object]:
 
 
 def _check_digests(archive: Members, members: Node) -> None:
-    """Check every member against its stored digest, to detect damage, not malice."""
     digests = _texts(members)
     if set(digests) != set(archive.names) - {DESCRIPTION}:
         raise members.error("does not name the members that are there")
@@ -381,7 +366,6 @@ def _motion(archive: Members, reader: BundleReader, problem: Problem) -> dict[st
 
 
 def _arguments(archive: Members, reader: BundleReader) -> PlanArguments | None:
-    """Return the arguments of the planning call; None if absent."""
     if ARGUMENTS not in archive.names:
         return None
     node = document_in(archive, ARGUMENTS)
@@ -437,20 +421,12 @@ def _file(archive: Members, name: str, folder: Path | str | None) -> Path:
 
 
 def value_members(value: object, name: str) -> dict[str, bytes]:
-    """Return a value as members.
-
-    Args:
-        name: Its name in error messages.
-    """
+    """Return a value as members."""
     writer = BundleWriter()
     document = {"value": writer.document(value, name)}
     return {VALUE: json.dumps(document, allow_nan=False).encode(), **named_members(writer)}
 
 
 def value_of(members: Members, meshes: Path | str | None = None) -> Any:
-    """Return the value stored in members.
-
-    Args:
-        meshes: Folder for unpacking the visual meshes; None leaves them packed.
-    """
+    """Return the value stored in members."""
     return reader_of(members, meshes).value(document_in(members, VALUE)["value"])

@@ -1,8 +1,8 @@
 """The codec of bundles: large arrays and files are members of their own, and containers add references.
 
-To the documents of `trajopt/values/documents/codec.py` it adds `{"array": name}` for a large array, `{"file":
-name}` for a file and `{"kinematics": {...}}` for Pinocchio's model. It has three containers: a zip
-(`Archive`), one JSON message (`message`) and the files of a campaign, named after the hash of their content.
+To the documents of `trajopt/values/documents/codec.py` it adds `{"array": name}`, `{"file": name}` and
+`{"kinematics": {...}}` for Pinocchio's model. Its containers are a zip (`Archive`), one JSON message
+(`message`) and the files of a campaign, named after the hash of their content.
 """
 
 import json
@@ -28,18 +28,11 @@ SMALL = 64
 Reference = Callable[[object, str], object]
 """A value and its name in messages -> the document that refers to it; None if the value is written here."""
 ArrayOf = Callable[[str], NDArray[np.generic]]
-"""The name of an array's member -> the array."""
 FileOf = Callable[[str], Path]
-"""The name of a file -> its place."""
 
 
 class BundleWriter(Writer):
-    """Converts values to documents, and collects their arrays and files.
-
-    Attributes:
-        arrays: Arrays by the name of their member.
-        files: Files by the name of their member.
-    """
+    """Converts values to documents, and collects their arrays and files by member."""
 
     def __init__(
         self,
@@ -48,13 +41,6 @@ class BundleWriter(Writer):
         reference: Reference | None = None,
         file_name: Callable[[Path], str] | None = None,
     ) -> None:
-        """Choose the container's part.
-
-        Args:
-            kinds: Classes that may be written; those of bundles when None.
-            reference: Refers to values that are written elsewhere.
-            file_name: Returns the name of a file; files become members when None.
-        """
         super().__init__(bundle_kinds() if kinds is None else kinds)
         self._reference, self._file_name = reference, file_name or self._member
         self.arrays: dict[str, NDArray[np.generic]] = {}
@@ -88,7 +74,6 @@ class BundleWriter(Writer):
         return super().instance(value, place)
 
     def _member(self, path: Path) -> str:
-        """Return the name of a file's member; of descriptions and missing files the name alone."""
         if path not in self._by_path:
             if path.suffix.lower() == ".urdf" or not path.is_file():
                 return path.name
@@ -119,8 +104,6 @@ class BundleReader(Reader):
         """Choose the container's part.
 
         Args:
-            array_of: Returns the arrays that are members.
-            file_of: Returns the places of files.
             kinds: Classes that may be read; those of bundles when None.
             references: Readers of the container's references, by their key.
             made: Replaces a value that was made, such as a result whose motion is judged again.
@@ -139,11 +122,7 @@ class BundleReader(Reader):
         return found if self._made is None or not node.has("kind") else self._made(found, node)
 
     def array(self, node: Node) -> NDArray[np.generic]:
-        """Return an array, of the document or of a member.
-
-        Raises:
-            FileFormatError: If it is not an array.
-        """
+        """Return an array, of the document or of a member."""
         if isinstance(node["array"].value, str):
             return self._array_of(node.only(("array", "type"))["array"].text())
         return super().array(node)
@@ -225,11 +204,7 @@ def _digest(path: Path) -> str:
 
 
 def fingerprint(value: object) -> str:
-    """Return a digest; values with equal numbers, names and mesh contents have equal digests.
-
-    Args:
-        value: A robot, a scene, a problem or a part of one.
-    """
+    """Return a digest; values with equal numbers, names and mesh contents have equal digests."""
     return digest_as_written(BundleWriter(file_name=cache(_digest)), value)
 
 
@@ -242,7 +217,7 @@ def digest_as_written(writer: BundleWriter, value: object) -> str:
 
 
 MOST_JOINTS = 1_000
-"""Most joints: ten times a humanoid with hands. Memory grows with the square of a chain's length."""
+"""Most joints: ten times a humanoid with hands. """
 _JOINTS: Mapping[str, Callable[[], Any]] = {
     kind().shortname(): kind
     for kind in (

@@ -47,7 +47,6 @@ _TYPES = ("<f8", "<i8", "<i4", "|b1")
 MOST_MEMBERS = 20_000
 """Largest number of members; each object of a large scene has several arrays."""
 ARRAYS = "arrays/"
-"""Folder of the arrays."""
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}(/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99})?")
 _PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _ENCRYPTED = 0x1
@@ -56,11 +55,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
 class Members(ABC):
-    """Members by name, read one by one.
-
-    Attributes:
-        path: Their location, used in error messages.
-    """
+    """Members by name, read one by one."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -74,9 +69,6 @@ class Members(ABC):
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
         """Return the bytes of a member.
 
-        Args:
-            most: Largest size allowed [bytes].
-
         Raises:
             FileFormatError: If the member is missing, too large or damaged.
         """
@@ -85,12 +77,7 @@ class Members(ABC):
         return FileFormatError(str(self.path), reason)
 
     def array(self, name: str) -> NDArray[np.generic]:
-        """Return an array, read-only.
-
-        Raises:
-            FileFormatError: If the member is not an array of numbers, or its size differs from the declared
-                size.
-        """
+        """Return an array, read-only."""
         data = self.read(name, most=LARGEST_ARRAY)
         stream, layout = io.BytesIO(data), cast("Any", np.lib.format)
         try:
@@ -200,11 +187,7 @@ _NOWHERE = Path("/nonexistent")  # placeholder: the sender's files do not exist 
 
 
 def message_of(value: object, known: Mapping[str, object]) -> dict[str, object]:
-    """Return a value as plain data for JSON.
-
-    Args:
-        known: Values that the reader has already, by the name that both sides use.
-    """
+    """Return a value as plain data for JSON."""
     references = _References(known)
     document = references.writer.document(value, "value")
     arrays = {name: b64encode(array_bytes(each)).decode() for name, each in references.writer.arrays.items()}
@@ -223,8 +206,6 @@ def value_of_message(
     """Return the value of a message from any sender; motions in it are judged here.
 
     Args:
-        known: Values that are here already, by the name that both sides use.
-        kinds: Classes that it may contain; `all_kinds()` when None.
         triangles: Most triangles in all its arrays together.
         rows: Most rows of each other array.
     """

@@ -78,7 +78,6 @@ def replay(bundle: Bundle, *, method: Method | str | None = None) -> Replay:
 
 
 def _differences(bundle: Bundle, result: Result, arguments: PlanArguments) -> list[str]:
-    """Return the differences as sentences: results first, then possible causes."""
     found = list[str]()
     if bundle.status and bundle.status != result.status.name:
         found.append(f"status: {bundle.status} then, {result.status.name} now ({result.reason})")

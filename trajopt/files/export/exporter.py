@@ -13,7 +13,6 @@ class Exported:
     """A written file.
 
     Attributes:
-        points: Number of points of the motion in the file.
         duration: Duration of the motion as written [s].
         notes: Content and units of the file, and the losses against the planned motion.
     """
@@ -42,15 +41,7 @@ class Exporter(Protocol):
     """Writes a motion in one format; each exporter has its own options."""
 
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion.
-
-        Args:
-            hz: Samples per second; None for the default of the format.
-
-        Raises:
-            FileFormatError: If the file cannot be written.
-            ShapeError: If the format cannot represent the motion's joints, or the rate is not possible.
-        """
+        """Write a motion."""
         ...
 
 

@@ -106,7 +106,6 @@ class Csv:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion; see `Exporter.write`."""
         rate = TABLE_RATE if hz is None else hz
         samples = trajectory.sampled(rate)
         assert samples.velocities is not None and samples.accelerations is not None
@@ -143,11 +142,7 @@ LEAST = 1e-3
 
 
 def excess(motion: Trajectory, samples: Trajectory) -> Iterator[str]:
-    """Yield a note for each derivative that is larger between the samples than in the motion.
-
-    Args:
-        samples: The sampled motion, interpolated as the controller does.
-    """
+    """Yield a note for each derivative that is larger between the samples than in the motion."""
     for order in (1, 2):
         reached = _peaks(samples, samples.times, order)
         peak = np.maximum(_peaks(motion, samples.times, order), _peaks(motion, motion.times, order))
@@ -173,11 +168,7 @@ RATE = 50.0
 @checked
 @dataclass(frozen=True)
 class Mcap:
-    """A log of a motion that begins at time 0: the motion, joint states, and of a plan frames and scene.
-
-    Attributes:
-        reduced: Robot and scene; None for joint states alone. `export` sets it to those of a plan.
-    """
+    """A log of a motion that begins at time 0: the motion, joint states, and of a plan frames and scene."""
 
     reduced: ReducedModel | None = None
 
@@ -187,11 +178,6 @@ class Mcap:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion; see `Exporter.write`.
-
-        Raises:
-            MissingExtra: If the package `mcap` is not installed.
-        """
         log, rate = McapLog(), RATE if hz is None else hz
         samples = trajectory.sampled(rate)
         log.add(PLAN, 0.0, motion(0.0, trajectory))

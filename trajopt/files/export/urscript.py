@@ -74,7 +74,6 @@ class Servoj:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion; see `Exporter.write`."""
         rate = CONTROL_RATE if hz is None else number("hz", hz)
         if rate > FASTEST_RATE:
             raise ShapeError("hz", f"controllers take at most {FASTEST_RATE:g} commands per second")
@@ -115,11 +114,7 @@ class Movej:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write a motion; see `Exporter.write`. A sample rate does not apply.
-
-        Raises:
-            ShapeError: Also if a rate is given.
-        """
+        """Write a motion; a sample rate does not apply."""
         if hz is not None:
             raise ShapeError("hz", "movej has no rate: the controller times each line itself")
         motion = in_ur_order(trajectory)
@@ -190,7 +185,6 @@ def _rest_at_start(times: Floats, positions: Floats) -> float:
 
 
 def _vector(row: Iterable[float]) -> str:
-    """Return positions in URScript, rounded to the nanoradian."""
     return "[" + ", ".join(f"{float(value):.9f}" for value in row) + "]"
 
 

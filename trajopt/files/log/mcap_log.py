@@ -14,9 +14,6 @@ from trajopt.values.errors import MissingExtra, ProblemError
 def stamp(time: float) -> Json:
     """Return a time as Foxglove's messages contain it.
 
-    Args:
-        time: Since the origin of the clock [s].
-
     Raises:
         ProblemError: If it is negative, which MCAP cannot represent, or not finite.
     """
@@ -28,11 +25,6 @@ class McapLog:
     """A log that is written to a file when it is complete; https://mcap.dev describes the format."""
 
     def __init__(self) -> None:
-        """Begin empty.
-
-        Raises:
-            MissingExtra: If the package `mcap` is not installed.
-        """
         try:
             from mcap.writer import Writer
         except ImportError as error:
@@ -43,10 +35,6 @@ class McapLog:
 
     def add(self, topic: Topic, time: float, message: Mapping[str, object]) -> None:
         """Add a message.
-
-        Args:
-            time: Its time [s].
-            message: Its content, as in the schema of the topic.
 
         Raises:
             ProblemError: If the time is negative or not finite.

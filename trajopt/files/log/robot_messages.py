@@ -36,18 +36,12 @@ OBJECT: Json = {"r": 0.47, "g": 0.67, "b": 0.87, "a": 1.0}
 FLOOR = (4.0, 4.0, 1e-3)
 """Size of the box that shows a half-space [m]."""
 DELETE_ALL = 1
-"""Foxglove's type of a deletion of all entities of the topic."""
 PRIMITIVES = ("cubes", "spheres", "cylinders", "triangles")
 UNUSED = ("metadata", "arrows", "lines", "texts", "models")
 
 
 def write_joint_states(log: McapLog, names: Sequence[str], times: Floats, states: Floats) -> None:
-    """Write joint states.
-
-    Args:
-        times: Of the states, shape (k,) [s].
-        states: Positions and, if known, velocities and accelerations, shape (k, 1 to 3, n), in rad or m.
-    """
+    """Write joint states at times (k,) [s]: positions and perhaps their derivatives, (k, 1 to 3, n)."""
     orders = ("position", "velocity", "acceleration")[: states.shape[1]]
     for time, rows in zip(times.tolist(), states, strict=True):
         columns = zip(names, rows.T.tolist(), strict=True)
@@ -79,7 +73,6 @@ class RobotMessages(Value):
         The scene is written first, and again when objects appear or disappear.
 
         Args:
-            times: Of the samples, increasing, shape (k,) [s].
             positions: Of the group's joints, shape (k, n) [rad | m].
             clock: Times on the clock of the scene, shape (k,) [s].
         """
@@ -93,12 +86,6 @@ class RobotMessages(Value):
                 log.add(SCENE, time, self.scene(time, there))
 
     def scene(self, time: float, names: Sequence[str]) -> Json:
-        """Return a message that replaces the scene.
-
-        Args:
-            time: Its time [s].
-            names: The links and objects that exist.
-        """
         now = stamp(time)
         entities = [self._entity(name, now) for name in names]
         return {"deletions": [{"timestamp": now, "type": DELETE_ALL, "id": ""}], "entities": entities}
@@ -137,7 +124,6 @@ class RobotMessages(Value):
             ]
 
     def _entity(self, name: str, now: Json) -> Json:
-        """Return the bodies of a link or object, in its frame."""
         colour = OBJECT if name in self._model.scene.objects else LINK
         primitives: dict[str, list[Json]] = {kind: [] for kind in PRIMITIVES}
         frame = self._model.anchors[name].placement.inverse()
@@ -192,7 +178,6 @@ def _sized(at: Placement, size: Sequence[float]) -> Json:
 
 
 def _round(at: Placement, radius: float, length: float, top: float) -> Json:
-    """Return a cylinder along z, whose radius at the upper end is `top` times its own."""
     size = (2.0 * radius, 2.0 * radius, length)
     return {**_sized(at, size), "bottom_scale": 1.0, "top_scale": top}
 

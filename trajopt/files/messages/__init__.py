@@ -1,8 +1,7 @@
 """Messages of ROS and MoveIt, written once in the table of `definitions`.
 
 Each message is a data class with ROS' defaults: `from trajopt.files.messages import PlanningScene`. `encode`
-and `decode` convert messages to plain data and back as ROS 1 or ROS 2 writes them; `document_of` makes the
-document that `trajopt.files.moveit` reads.
+and `decode` convert messages to plain data of ROS 1 or ROS 2 and back.
 """
 
 from trajopt.files.messages.definitions import definitions as definitions

@@ -264,12 +264,7 @@ class MessageField:
 
 @dataclass(frozen=True)
 class MessageDefinition:
-    """The definition of a message.
-
-    Attributes:
-        name: Its full name as ROS 1 writes it, such as "moveit_msgs/PlanningScene".
-        fields: Its fields in order.
-    """
+    """The definition of a message."""
 
     name: str
     fields: tuple[MessageField, ...]

@@ -46,16 +46,13 @@ class Stamp(Message):
         self.secs, self.nsecs = divmod(total, NANOSECONDS)
 
     def to_sec(self) -> float:
-        """Return the time in seconds [s]."""
         return self.secs + self.nsecs / NANOSECONDS
 
     def to_nsec(self) -> int:
-        """Return the time in nanoseconds [ns]."""
         return int(self.secs) * NANOSECONDS + self.nsecs
 
     @classmethod
     def from_sec(cls, seconds: float) -> Self:
-        """Return the duration of a number of seconds, or the time this long after the epoch."""
         return cls(seconds)
 
 
@@ -80,7 +77,6 @@ class Time(Stamp):
 
     @classmethod
     def now(cls) -> "Time":
-        """Return the present time."""
         return cls(*divmod(time.time_ns(), NANOSECONDS))
 
     def __add__(self, span: Duration) -> "Time":
@@ -101,7 +97,6 @@ class CollisionMatrixMethods(Message):
     default_entry_values: list[bool]
 
     def set_default(self, obj: str, allow: bool) -> None:
-        """Allow or forbid contact of a link or object with everything."""
         if obj in self.default_entry_names:
             self.default_entry_values[self.default_entry_names.index(obj)] = allow
         else:
@@ -249,7 +244,6 @@ def encode(message: object, generation: Generation = Generation.ROS2) -> Any:
     """Return a message as plain data for JSON; numbers that are not finite become null, as in rosbridge.
 
     Args:
-        message: A message, or a plain value.
         generation: The generation to write: ROS 1 has `secs`, `nsecs` and a header's `seq`.
     """
     match message:
@@ -279,7 +273,6 @@ def decode(
 
     Args:
         document: The plain data, or a node of a document.
-        generation: Of the writer, for the w of a quaternion that is left out.
         name: Name used in error messages instead of a file name.
 
     Raises:
@@ -297,7 +290,6 @@ def document_of(message: object, name: str) -> Node:
     """Return a message as a document, which the readers of MoveIt's files take.
 
     Args:
-        message: A message of this package, of ROS 1 or of ROS 2.
         name: Name used in error messages instead of a file name, such as "set_path_constraints".
 
     Raises:
@@ -359,7 +351,6 @@ def _decoder(kind: str) -> Decoder:
 
 
 def _bytes(value: object, _: Generation) -> bytes:
-    """Read numbers from 0 to 255: base64, as rosbridge writes them, or a list."""
     try:
         if isinstance(value, str):
             return b64decode(value, validate=True)

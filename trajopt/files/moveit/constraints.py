@@ -209,7 +209,6 @@ def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Require
 
 
 def _angle(node: Node) -> float:
-    """Return an angle in [0, pi/2]; as in MoveIt, the sensor must not face away."""
     angle = node.number(0.0)
     if angle < 0.0:
         raise node.error(f"is negative: {angle:g}")
@@ -261,7 +260,6 @@ def reads_constraints(field: str) -> Callable[[ConstraintReader], ConstraintRead
 
 
 def _readers(node: Node) -> tuple[str, ...]:
-    """Return the fields with readers; import installed packages if one is missing."""
     if not node.has_only((*field_names(msg.Constraints), *READERS)):
         import_installed()
     return tuple(READERS)
@@ -293,7 +291,6 @@ def _share_axes(region: PointRegion, orientation: Orientation) -> bool:
 def _oriented(
     orientation: Orientation, region: PointRegion | None, node: Node, reading: Reading
 ) -> tuple[Requirement, ...]:
-    """Return the requirement of an orientation, combined with a region if given."""
     translation, tolerance, offset = np.zeros(3), np.full(3, FREE), np.zeros(3)
     if region is not None:
         translation, tolerance = region.placement.translation, region.tolerance

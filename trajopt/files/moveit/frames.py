@@ -22,7 +22,6 @@ class Reading:
     Attributes:
         world_names: Frame ids of the world.
         positions: Of all joints; frames of the robot are taken at this configuration.
-        meshes: Conversion of meshes to convex shapes.
         notes: Sentences on deviations from the file.
     """
 
@@ -42,12 +41,7 @@ def world_names(robot: Robot) -> frozenset[str]:
 
 
 def reading_at(scene: Scene, positions: Floats, notes: list[str] | None = None) -> Reading:
-    """Return the meaning of names and frames in a message to a scene.
-
-    Args:
-        positions: Of all joints, shape (number of joints,) [rad | m].
-        notes: Receives the notes; a new list when None.
-    """
+    """Return the meaning of names and frames in a message to a scene."""
     return Reading(world_names(scene.robot), positions, notes=[] if notes is None else notes)
 
 
@@ -91,7 +85,6 @@ def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[floa
     """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None if missing.
 
     Args:
-        axes: Names of its components, one letter each.
         optional: Components that default to 0 in a mapping, as in a message.
     """
     if node.missing:
@@ -112,7 +105,6 @@ def read_placement(node: Node, notes: list[str]) -> Placement:
     2. A quaternion of zeros is an unset message field and represents no rotation; others are normalised.
 
     Args:
-        node: The pose; identity if missing.
         notes: Receives a sentence for every quaternion that was not of unit length.
     """
     if node.missing:
@@ -155,7 +147,6 @@ def transform_of(where: Placement) -> Transform:
 
 
 def read_tolerance(node: Node) -> float:
-    """Return a tolerance, which may be infinite; zero and missing mean `LEAST_TOLERANCE`."""
     value = node.number(0.0, infinite=True)
     if value < 0.0:
         raise node.error(f"is negative: {value:g}")

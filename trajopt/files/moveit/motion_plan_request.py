@@ -40,13 +40,9 @@ class RequestFile(Value):
     Attributes:
         scene: Including objects attached in the start state.
         start: Positions of all joints, shape (number of joints,) [rad | m].
-        goals: Requirements at the end; if there are several goals, the first.
         alternatives: Alternative goals by name, if the file has several; any one suffices.
         constraints: Requirements along the whole path.
-        waypoints: Requirements on the way, in order: the file's trajectory constraints.
-        velocity_scaling: Factor in (0, 1] on the velocity limits.
-        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
-        tool_speed: Largest speeds of tools.
+        acceleration_scaling: Factor in (0, 1], as `velocity_scaling`.
         allowed_planning_time: Planning time [s]; None if not given.
         notes: Sentences on omissions and deviations from the file.
     """
@@ -87,9 +83,6 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
     Joints missing from the start state take their positions from the scene file, or else their defaults. The
     workspace restricts only a mobile base.
 
-    Args:
-        scene: The scene of the request.
-
     Raises:
         FileFormatError: If the file is incomplete or malformed.
         NameNotFound: If it names a joint, link, frame, object or group that does not exist.
@@ -109,7 +102,6 @@ def request_of(
     """Read a motion plan request message, as `read_request` reads a file.
 
     Args:
-        scene: The scene of the request.
         state: Joint -> position, for joints that the start state leaves out [rad | m]; others are at their
             default.
         frames: Frame ids that mean the world; those of every file when None.
@@ -200,7 +192,6 @@ def _read_goals(
 
 
 def _read_group(node: Node, robot: Robot, notes: list[str]) -> str:
-    """Return the group; for a robot without SRDF, all joints."""
     name = node.text("")
     if name in robot.left_out and name not in robot.groups:
         raise GroupNotFound(

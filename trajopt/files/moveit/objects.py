@@ -34,8 +34,6 @@ class ObjectMessage:
     Attributes:
         operation: ADD, REMOVE, APPEND or MOVE.
         placement: Of the object in the frame of its header.
-        parts: Its shapes with their placements in the object's frame.
-        subframes: Frames on it by name, in the object's frame.
     """
 
     node: Node

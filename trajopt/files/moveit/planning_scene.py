@@ -130,7 +130,6 @@ class SceneFile:
 
     @property
     def positions(self) -> Floats:
-        """Positions of all joints, shape (number of joints,) [rad | m]."""
         return layered_positions(self.scene.robot, self.state)
 
 
@@ -144,10 +143,6 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
 
     Args:
         meshes: Conversion of meshes to convex shapes; the default policy when None.
-
-    Raises:
-        FileFormatError: If the file is incomplete or malformed, or contains an octomap.
-        NameNotFound: If it names a joint, link, frame or object that does not exist.
     """
     return scene_of(read_document(path), robot, meshes=meshes)
 
@@ -180,11 +175,6 @@ def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) 
 
 
 def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:
-    """Return the file's name for the world, if it can be derived.
-
-    It is the frame of the joints of several degrees of freedom, and of a fixed frame that has no
-    other name.
-    """
     names = {frame_id(document["robot_state"]["multi_dof_joint_state"]["header"])}
     for node in document["fixed_frame_transforms"].elements():
         child = node["child_frame_id"].text("").removeprefix("/")
@@ -233,7 +223,6 @@ def _with_tool(node: Node, scene: Scene, where: Placement, on: str, name: str) -
 
 
 def refuse_octomap(node: Node) -> None:
-    """Reject an octomap, because ignoring it would leave out obstacles."""
     octomap = node.only(field_names(OctomapWithPose))["octomap"]
     if octomap.has("data") and octomap["data"].value:
         raise octomap.error("octomaps are not supported; use boxes, and leave no obstacle out")
@@ -281,11 +270,7 @@ def _of_link(node: Node, scene: Scene, key: str, default: float) -> tuple[str, f
 
 
 def edit_object(node: Node, scene: Scene, reading: Reading) -> Scene:
-    """Return the scene after a collision object message.
-
-    Args:
-        reading: Meaning of names; its positions are the current configuration.
-    """
+    """Return the scene after a collision object message."""
     return apply_object(read_object(node, reading), scene, reading)
 
 
@@ -293,10 +278,6 @@ def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
     """Return the scene after a planning scene message: changed if it `is_diff`, else replaced.
 
     The robot and its base pose are unchanged.
-
-    Args:
-        reading: Meaning of names; its positions are the configuration of the robot, from the message if
-            given.
     """
     node.only(field_names(PlanningScene))
     if not node["is_diff"].flag():
@@ -369,13 +350,6 @@ ERROR_FIELDS = ("radius", "velocity", "acceleration")
 def read_motions(path: Path | str, scene: Scene) -> Scene:
     """Read the motions of a scene's objects, and their times of appearing and expiring.
 
-    Args:
-        path: The file, YAML or JSON, in the format of this module.
-        scene: The scene with the objects.
-
-    Returns:
-        The scene with moving objects.
-
     Raises:
         FileFormatError: If the file is incomplete or malformed, names an unknown object or names one twice,
             or the times do not increase.
@@ -410,7 +384,6 @@ def apply_motions(document: Node, scene: Scene) -> Scene:
 
 
 def _carried(entry: Node, scene: Scene) -> Scene:
-    """Return the scene with an object attached to another at their poses at time 0."""
     name, carrier = entry["object"].text(), entry["carried_by"].text()
     if not entry["times"].missing:
         raise entry["carried_by"].error(f"{name!r} has times of its own, so nothing carries it")

@@ -37,11 +37,7 @@ WRITTEN = (
 
 
 def world_messages(scene: Scene, frame: str) -> Mapping[str, msg.CollisionObject]:
-    """Return the world objects, by id, in the planning frame.
-
-    Args:
-        frame: Name of the planning frame.
-    """
+    """Return the world objects, by id, in the planning frame."""
     return {
         name: object_message(item, scene.holder(name).placement, frame, scene)
         for name, item in scene.objects.items()
@@ -64,11 +60,7 @@ def attached_messages(scene: Scene) -> Mapping[str, msg.AttachedCollisionObject]
 
 
 def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene) -> msg.CollisionObject:
-    """Return an object as a message.
-
-    Args:
-        scene: The scene of the object, with the frames on it.
-    """
+    """Return an object as a message."""
     message = msg.CollisionObject(header=msg.Header(frame_id=frame), pose=pose_of(where), id=item.name)
     for shape, inner in item.parts:
         _enter(message, shape, inner)
@@ -157,12 +149,7 @@ def state_message(scene: Scene, positions: Floats) -> msg.RobotState:
 
 
 def scene_message(scene: Scene, positions: Floats, components: int) -> msg.PlanningScene:
-    """Return the requested components of a scene as a message.
-
-    Args:
-        positions: Of all joints, shape (number of joints,) [rad | m].
-        components: A sum of constants of `PlanningSceneComponents`.
-    """
+    """Return the requested components of a scene as a message."""
     asked, message = msg.PlanningSceneComponents, msg.PlanningScene(robot_model_name=scene.robot.name)
     frame = scene.robot.links[0]
     if components & (asked.ROBOT_STATE | asked.ROBOT_STATE_ATTACHED_OBJECTS):
@@ -186,7 +173,6 @@ def scene_message(scene: Scene, positions: Floats, components: int) -> msg.Plann
 
 
 def _fixed_frames(scene: Scene, frame: str) -> list[msg.TransformStamped]:
-    """Return the frames without a shape: fixed world frames and tool frames."""
     standing = [name for name, item in scene.objects.items() if not item.parts and item.frame == WORLD]
     placed = [(frame, name, scene.object(name).placement) for name in standing]
     placed += [(item.frame, name, item.placement) for name, item in scene.tools.items()]
@@ -201,9 +187,6 @@ def write_scene(path: Path | str, scene: Scene, positions: Floats) -> None:
 
     This message cannot represent margins, clearances by kind or by name, temporary allowed contacts and
     motions; a bundle can (`result.save`).
-
-    Args:
-        positions: Of all joints, shape (number of joints,) [rad | m].
 
     Raises:
         FileFormatError: If the file cannot be written.
@@ -221,12 +204,7 @@ FIXED_JOINT_TOLERANCE = 1e-6
 
 
 def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, float]:
-    """Return the positions of a planar base, by joint [rad | m]; empty for other bases.
-
-    Args:
-        node: The joints of several degrees of freedom of a robot state.
-        notes: Receives a sentence for every quaternion not of unit length.
-    """
+    """Return the positions of a planar base, by joint [rad | m]; empty for other bases."""
     positions: dict[str, float] = {}
     for joint, transform in _transforms(node, robot):
         if joint == robot.base.name and len(robot.base.joints) == len(PLANAR):
@@ -244,11 +222,7 @@ def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, f
 
 
 def placed_robot(node: Node, robot: Robot, notes: list[str]) -> Robot:
-    """Return the robot with its fixed base at the pose of a robot state, and note a change.
-
-    Args:
-        node: The joints of several degrees of freedom of the robot state.
-    """
+    """Return the robot with its fixed base at the pose of a robot state, and note a change."""
     if robot.base.joints:
         return robot
     for joint, transform in _transforms(node, robot):
@@ -348,7 +322,6 @@ def _moved(robot: Robot, joint: str, position: float) -> bool:
 
 
 def _near(joint: str, free: list[str]) -> str:
-    """Return a hint if an unknown name resembles a joint that the message leaves out."""
     near = get_close_matches(joint, free, n=1)
     return f" (did you mean {shown(near[0])}?)" if near else ""
 

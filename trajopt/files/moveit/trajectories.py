@@ -34,7 +34,6 @@ _TURN = 2.0 * np.pi
 
 
 def write_message(path: Path | str, document: dict[str, object]) -> None:
-    """Write a message for `read_document`: JSON if the file name ends in .json, YAML otherwise."""
     if Path(path).suffix == ".json":
         text = json.dumps(document, indent=1, allow_nan=False) + "\n"
     else:
@@ -131,11 +130,7 @@ def planar_placement(x: float, y: float, yaw: float) -> Placement:
 
 
 def in_the_plane(node: Node, notes: list[str]) -> tuple[float, float, float]:
-    """Return x [m], y [m] and yaw [rad], in (-pi, pi], of a planar joint's transform.
-
-    Args:
-        notes: Receives a sentence for a quaternion not of unit length.
-    """
+    """Return x [m], y [m] and yaw [rad], in (-pi, pi], of a planar joint's transform."""
     where = read_placement(node, notes)
     x, y, z = where.translation.tolist()
     tilt = float(np.linalg.norm(where.rotation[:2, 2]))
@@ -253,10 +248,6 @@ def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
     Points are at whole nanoseconds (`on_whole_nanoseconds`); numbers are written exactly. A planar base
     (joints `NAME/x`, `NAME/y` and `NAME/theta`) is written as in MoveIt: as a joint of several degrees of
     freedom, by its transforms, which lose full turns.
-
-    Raises:
-        FileFormatError: If the file cannot be written.
-        ShapeError: If two points are less than a nanosecond apart.
     """
     write_message(path, trajectory_document(trajectory_message(trajectory)))
 
@@ -340,7 +331,6 @@ def trajectory_of(message: object, name: str, group: Group, start: Mapping[str, 
     """Return the trajectory of a RobotTrajectory or JointTrajectory message; None if it has no points.
 
     Args:
-        name: Name used in error messages.
         start: Joint -> position [rad | m]: a base's whole turns continue from there.
 
     Raises:

@@ -31,11 +31,8 @@ class Leaves:
     """Intervals of pairs.
 
     Attributes:
-        pair: Shape (l,).
-        begin: Shape (l,) [s].
-        end: Shape (l,) [s].
-        direction: From the first part to the second, in the frame of the last joint that carries both,
-            shape (l, 3).
+        direction: From the first part to the second, in the frame of the last joint that carries both, shape
+            (l, 3).
     """
 
     pair: Ints
@@ -91,7 +88,6 @@ class LeafSearch:
         return _ordered(found), _ordered(given_up)
 
     def _first(self) -> tuple[Ints, Floats, Floats]:
-        """Return the longest intervals: those of dynamic obstacles are cut at changes and jumps."""
         duration = self._motion.duration
         cuts = [
             np.unique(
@@ -113,7 +109,6 @@ class LeafSearch:
         return np.where((near > begin) & (near < end), near, middle)
 
     def _decide(self, pair: Ints, begin: Floats, end: Floats) -> tuple[Leaves, Bools]:
-        """Return intervals with the best direction known, and which are leaves."""
         first, second, seen = self._pairs[pair, 0], self._pairs[pair, 1], self.seen[pair]
         times = np.unique(np.concatenate((begin, end, (begin + end) / 2.0)))
         ends = np.searchsorted(times, begin), np.searchsorted(times, end)

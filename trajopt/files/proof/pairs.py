@@ -21,7 +21,6 @@ class Pairs:
         required: Clearance of each pair, shape (p,) [m].
         excused: Two owners, and the reason why they need not keep apart.
         changes: Objects that are not always there, or only near their place.
-        knots: Times within the motion at which their velocities may jump [s].
         first_driven: The first joint that carries them.
     """
 
@@ -35,26 +34,22 @@ class Pairs:
 
     @property
     def driven(self) -> Bools:
-        """Whether a part of a pair follows time, shape (p,)."""
         joints = np.array([part.body.joint for part in self.parts], dtype=np.int64)
         return np.any(joints[self.pairs] >= self.first_driven, axis=1)
 
     @property
     def growth(self) -> Floats:
-        """Errors of both parts of each pair: radius, velocity and acceleration, shape (p, 3)."""
         error = [np.zeros(3) if timing.motion is None else timing.motion.error for timing in self.timings]
         return np.array(error).reshape(-1, 3)[self.pairs].sum(axis=1)
 
     @property
     def present(self) -> Floats:
-        """Start and end of the time in which both parts of each pair are there, shape (p, 2) [s]."""
         appears = np.array([timing.appears for timing in self.timings])[self.pairs].max(axis=1)
         expires = np.array([timing.expires for timing in self.timings])[self.pairs].min(axis=1)
         return np.stack((appears, expires), axis=1)
 
     @property
     def timings(self) -> list[Timing]:
-        """Existence and motion of each part's owner."""
         return [self.changes.get(part.body.owner, ALWAYS) for part in self.parts]
 
     def excusing(self, lost: Collection[int], reason: str) -> "Pairs":

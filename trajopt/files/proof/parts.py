@@ -30,7 +30,6 @@ class ConvexPart:
 
     Attributes:
         vertices: Points of the hull, in the body's frame, shape (v, 3) [m].
-        radius: The distance [m].
         discs: Height along z and radius of each disc about the z axis, shape (d, 2) [m].
     """
 
@@ -41,12 +40,10 @@ class ConvexPart:
 
     @property
     def is_half_space(self) -> bool:
-        """Whether it is the half-space below z = 0."""
         return isinstance(self.body.shape, Plane)
 
     @property
     def sphere(self) -> tuple[Floats, float]:
-        """Centre in the joint's frame, shape (3,), and radius of a sphere around it [m]."""
         if len(self.vertices):
             centre = (self.vertices.min(axis=0) + self.vertices.max(axis=0)) / 2.0
             radius = float(np.linalg.norm(self.vertices - centre, axis=1).max()) + self.radius
@@ -55,7 +52,6 @@ class ConvexPart:
         return self.body.placement * centre, radius
 
     def support(self, direction: Floats) -> Floats:
-        """Return the largest inner products with directions in its joint's frame, (m, 3) -> (m,) [m]."""
         local = direction @ self.body.placement.rotation
         base = direction @ self.body.placement.translation
         if self.is_half_space:
@@ -88,7 +84,6 @@ def placed(joint: int, where: Placement) -> Document:
 
 
 def convex_part(body: FixedBody) -> ConvexPart | None:
-    """Return the convex part that stands for a body, for an exact mesh its hull; None for clouds."""
     found = _outline(body.shape)
     return None if found is None else ConvexPart(body, *found)
 

@@ -43,13 +43,7 @@ SHORTEST_OF_TORQUE = 1e-3
 
 @dataclass(frozen=True)
 class ProofSize:
-    """The size of a proof.
-
-    Attributes:
-        statement: Bytes of the statement.
-        witness: Bytes of the witness.
-        times: Number of times in the grid.
-    """
+    """The size of a proof."""
 
     statement: int
     witness: int
@@ -70,7 +64,6 @@ def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> Pr
     Requirements without a rule in the format are listed in the file as judged, not part of the proof.
 
     Args:
-        problem: The problem, with one goal.
         trajectory: Of the group's joints, with velocities.
 
     Raises:
@@ -128,7 +121,6 @@ def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
 
 
 def _grid(motion: JudgedMotion, times: Floats, limits: JointLimits, requirements: Asked) -> Floats:
-    """Return times, given ones among them, between which the checker sees limits and requirements hold."""
     grid, lost = _refined(times, (_limits_hold(motion, limits), *requirements.shown), SHORTEST)
     if lost is not None:
         raise ProblemError(f"limits and requirements are too tight for a proof around {lost:.6g} s")
@@ -138,10 +130,6 @@ def _grid(motion: JudgedMotion, times: Floats, limits: JointLimits, requirements
 def _with_torque(
     problem: Problem, motion: JudgedMotion, requirements: Asked, grid: Floats
 ) -> tuple[Asked, Floats]:
-    """Add the torque limits, and times between which the checker sees that they hold.
-
-    If there are no such times, the torque is among the facts that are judged only.
-    """
     torque = stated_torque(motion, problem.limits)
     if torque is None or torque.shown is None:
         return requirements, grid
@@ -154,7 +142,6 @@ def _with_torque(
 
 
 def _refined(grid: Floats, shown: Sequence[Shown], shortest: float) -> tuple[Floats, float | None]:
-    """Cut the intervals of a grid until all is shown in each; return a time at which it is not, if any."""
     begin, end = grid[:-1], grid[1:]
     while len(begin):
         open_cells = ~np.all([holds(begin, end) for holds in shown], axis=0)
@@ -203,12 +190,7 @@ PROVEN, REFUSED = 0, 1
 
 @dataclass(frozen=True)
 class CheckedProof:
-    """The answer of the checker.
-
-    Attributes:
-        proven: Whether the statement is proven.
-        words: The statement in words, and PROVEN or the first fault.
-    """
+    """The answer of the checker."""
 
     proven: bool
     words: str

@@ -46,11 +46,6 @@ class RequirementRecord:
 
 @singledispatch
 def stated(requirement: Requirement, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
-    """Return a requirement as a proof states it; None if proofs have no rule for it.
-
-    Args:
-        always: Whether it holds at all times; otherwise at the end.
-    """
     del requirement, motion, always
     return None
 

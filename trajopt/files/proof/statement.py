@@ -112,7 +112,6 @@ def _printable(text: str) -> str:
 
 
 def _drives(motion: JudgedMotion, knots: Floats) -> list[Document]:
-    """Return the coordinates of dynamic obstacles: the pieces within the motion, and rest around them."""
     if not isinstance(motion.among, TimedMotion) or not motion.among.timed.driven.names:
         return []
     driven, degree = motion.among.timed.driven, len(motion.among.timed.driven.coefficients)

@@ -57,13 +57,6 @@ def stated_torque(motion: JudgedMotion, limits: JointLimits) -> RequirementRecor
 
 @dataclass(frozen=True, eq=False)
 class _Series:
-    """f, f' and f''/2 of functions within cells, or f alone: within a radius of a centre.
-
-    Attributes:
-        centre: Shape (orders, c, ...).
-        radius: Same shape.
-    """
-
     centre: Floats
     radius: Floats
 
@@ -116,7 +109,6 @@ class _InverseDynamics:
         return self._torques([_Series(each, np.zeros_like(each)) for each in values]).centre[0]
 
     def second(self, begin: Floats, end: Floats) -> Floats:
-        """Bound the second derivatives of torques in intervals, (c, n) [Nm/s^2 | N/s^2]."""
         bounds = [order.range(begin, end) for order in self._orders]
         scale = np.array((1.0, 1.0, 0.5))[:, None, None]
         low, high = (np.array([bound[side] for bound in bounds]) for side in (0, 1))

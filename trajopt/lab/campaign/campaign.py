@@ -42,19 +42,13 @@ class Options:
     attempts: int | None = None
 
     def __post_init__(self) -> None:
-        """Refuse options that planning would refuse.
-
-        Raises:
-            SolverNotFound: If there is no method of that name.
-            ProblemError: If a bound is not positive.
-        """
         if self.method is not None:
             method_named(self.method)
         _ = self.budget
 
     @property
     def budget(self) -> Budget:
-        """The bounds as a budget, with CPU time, since other processes share the cores."""
+        """The bounds as a budget of CPU time, as processes share the cores."""
         return Budget(self.seconds, self.work, self.attempts, clock=time.process_time)
 
     def plan(self, problem: Problem, seed: int) -> Result:
@@ -87,7 +81,6 @@ class CampaignTask:
     """A row to be planned: a problem with its options.
 
     Attributes:
-        id: Hash of the problem, its options and the package versions.
         problem_id: Hash of the problem's contents and of the seed.
         robot: Empty if unknown before the problem is made.
         recipe: As JSON.
@@ -123,12 +116,6 @@ class Campaign:
     most_seconds: float = LONGEST
 
     def __post_init__(self) -> None:
-        """Refuse an empty campaign.
-
-        Raises:
-            ProblemError: If there is no source, no options or no seed, or a seed is negative.
-            ShapeError: If the time is not a number.
-        """
         for label, kind in (("sources", ProblemSource), ("options", Options), ("seeds", int)):
             object.__setattr__(self, label, several(label, getattr(self, label), kind))
             if not getattr(self, label):
@@ -145,7 +132,7 @@ class Campaign:
         return f"Campaign({self.name!r}, {len(self)} rows)"
 
     def tasks(self, packer: Packer) -> Iterator[CampaignTask]:
-        """Yield every row to be, the same every time; the values that problems share are packed."""
+        """Yield every row to be, reproducibly; shared values are packed."""
         stood = {name: each for name, each in versions().items() if name not in SYSTEM}
         ways = [each.as_dict() for each in self.options]
         for source in self.sources:

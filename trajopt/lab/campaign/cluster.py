@@ -37,7 +37,6 @@ class Ray:
     Attributes:
         address: Of a running cluster, such as "10.0.0.1:6379", or "auto" on one of its machines; if empty, a
             cluster is started on this machine, and ended with the campaign.
-        workers: Their number; 0 for the present number of cores of the cluster.
     """
 
     address: str = ""
@@ -95,7 +94,6 @@ class RayPool:
     """Actors of a cluster, as many as it has cores at the time."""
 
     def __init__(self, ray: Any, setup: Setup, most: int) -> None:
-        """Start actors, `most` at most; 0 for the number of cores."""
         self._ray, self._most = ray, most
         self._setup = ray.put(setup)
         self._kind = ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(Planner)
@@ -108,7 +106,6 @@ class RayPool:
 
     @property
     def workers(self) -> int:
-        """Largest number of workers: the cluster's present cores, or the requested number if smaller."""
         return max(1, min(self._most or self._cores, self._cores))
 
     @property
@@ -166,7 +163,6 @@ class RayPool:
         return (replace(told, block=block),)
 
     def _told(self, future: Any, actor: Any) -> tuple[Any, str]:
-        """Return an actor's answer, and the reason if it was lost."""
         errors = self._ray.exceptions
         try:
             return self._ray.get(future), ""

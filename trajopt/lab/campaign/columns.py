@@ -154,12 +154,7 @@ def _is_map(item: object) -> bool:
 
 
 def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Table":
-    """Return rows as a table; missing values become null.
-
-    Args:
-        rows: Values by column: text, whole numbers, reals, truth values, sequences and mappings of these, or
-            None.
-    """
+    """Return rows as a table; missing values become null."""
     import pyarrow as pa
 
     arrays = [_array([row.get(column.name) for row in rows], column.type) for column in columns]

@@ -77,10 +77,7 @@ class Dataset(Value):
 
     @checked
     def write(self, path: Path | str) -> None:
-        """Write the arrays as they are called here.
-
-        Args:
-            path: The file, `.npz`.
+        """Write the arrays to an `.npz` file; their names are those of the attributes.
 
         Raises:
             FileFormatError: If its name does not end so, or it cannot be written.
@@ -97,11 +94,7 @@ class Dataset(Value):
 
 @checked
 def dataset(folder: CampaignFolder, points: int = 64) -> Dataset:
-    """Return the verified motions of a campaign, in the order of their ids.
-
-    Args:
-        folder: All of its motions are of the same joints.
-        points: Points of each motion, at least 2.
+    """Return the verified motions of a campaign, of the same joints, in the order of their ids.
 
     Raises:
         ShapeError: If there are fewer points.
@@ -168,7 +161,6 @@ def problem_of(folder: CampaignFolder, row_id: str, *, meshes: Path | str | None
     """Return the problem of a row.
 
     Args:
-        row_id: The row's id, or a prefix of it.
         meshes: A folder for unpacked meshes for a viewer; none if None.
 
     Raises:
@@ -184,8 +176,7 @@ def extract(folder: CampaignFolder, row_id: str, path: Path | str) -> Extracted:
     """Write a row as a bundle, after planning its problem again; the problem alone if planning crashed.
 
     Args:
-        row_id: The row's id, or a prefix of it.
-        path: The bundle, by convention with the suffix ".trajopt". Meshes are unpacked next to it.
+        path: The bundle. Meshes are unpacked next to it.
 
     Raises:
         CampaignError: If there is no such row, or several, or the package versions differ.
@@ -208,13 +199,10 @@ def extract(folder: CampaignFolder, row_id: str, path: Path | str) -> Extracted:
 
 @checked
 def motion_of(row: Row) -> Trajectory | None:
-    """Return the motion of a row, or None.
-
-    Args:
-        row: A row of the results, with the columns of the motion.
+    """Return the motion of a row of the results, or None.
 
     Raises:
-        CampaignError: If the row was read without them.
+        CampaignError: If the row was read without the columns of the motion.
     """
     missing = [name for name in MOTIONS if name not in row]
     if missing:

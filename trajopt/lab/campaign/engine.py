@@ -18,11 +18,7 @@ AHEAD = 2
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Problems passed to one worker together.
-
-    Attributes:
-        losses: Number of lost machines under its single problem; 0 while it has several.
-    """
+    """Problems passed to one worker together."""
 
     tasks: Sequence[CampaignTask]
     losses: int = 0
@@ -91,7 +87,6 @@ class Engine(Protocol):
 
 
 def check_workers(workers: int) -> None:
-    """Refuse a number of workers that is negative; 0 leaves it to the engine."""
     if workers < 0:
         raise ProblemError(f"workers must not be negative, is {shown(workers)}")
 
@@ -128,7 +123,6 @@ class Bunch:
     """Rows of some problems, sent together.
 
     Attributes:
-        rows: In the order of the problems.
         waited: Wall-clock time spent waiting for problems since the last message [s].
     """
 

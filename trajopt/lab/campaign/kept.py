@@ -32,7 +32,6 @@ class CampaignFolder:
     """A campaign on disk.
 
     Attributes:
-        options: The options of each problem.
         most_seconds: Wall-clock time limit of one problem [s].
         versions: Versions of Python, trajopt and its dependencies at the start.
     """
@@ -162,21 +161,12 @@ class CampaignFolder:
         return Counter(str(row["status"]) for row in self.rows(("status",)))
 
     def write(self, shard: bytes) -> None:
-        """Add rows, as from `encoded`; equal rows have the same file.
-
-        Raises:
-            FileFormatError: If they cannot be written.
-        """
         name = f"{sha256(shard).hexdigest()[:32]}.parquet"
         with written_whole(self.path / RESULTS / name, durable=True) as draft:
             draft.write_bytes(shard)
 
     def check_versions(self) -> None:
-        """Check that the package versions equal those in the rows.
-
-        Raises:
-            CampaignError: If they are not.
-        """
+        """Check that the package versions equal those in the rows; raise a CampaignError if not."""
         check_versions(self.versions, str(self.path))
 
 

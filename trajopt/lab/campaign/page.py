@@ -181,11 +181,7 @@ def distribution(times: Floats, name: str) -> str:
 
 
 def shares(names: Sequence[str], values: Sequence[tuple[float, float, float]]) -> str:
-    """Draw shares as bars with their intervals.
-
-    Args:
-        values: Share and the ends of its interval, each in [0, 1].
-    """
+    """Draw shares as bars with their intervals, each in [0, 1]."""
     row, left = 24, 200
     wide, tall = WIDTH - left - RIGHT, TOP + row * len(names) + 24
     parts: list[str] = []

@@ -39,9 +39,7 @@ DOCUMENT = "document.json"
 """The member of a document's file with the value; arrays and meshes are further members."""
 SUFFIX, MESHES = ".zip", "meshes/"
 VALUES_KEPT = 16
-"""Robots, scenes and problems that a process keeps, some megabytes each: campaigns process scenes in
-sequence.
-"""
+"""Robots, scenes and problems that a process keeps: campaigns process scenes in sequence."""
 SHARED = (Robot, Scene)
 """Kinds that other documents refer to by key."""
 NO_MATTER = frozenset({"visuals", "mesh_notes", "notes", "left_out", "urdf_path"})
@@ -60,7 +58,6 @@ class Packer:
     """
 
     def __init__(self) -> None:
-        """Begin without any."""
         self.members: dict[str, Mapping[str, bytes]] = {}
         self._known: dict[int, tuple[object, str]] = {}
 
@@ -98,12 +95,6 @@ class Library:
     """Makes values of documents, each once as long as it is kept."""
 
     def __init__(self, documents: Documents, *, meshes: Path | None = None) -> None:
-        """Open a library.
-
-        Args:
-            documents: Their folder, or the members of each by its key.
-            meshes: A folder for unpacked meshes for a viewer; None to leave them packed.
-        """
         self._documents, self._meshes = documents, meshes
         self._made: LruCache[str, object] = LruCache(VALUES_KEPT)
 
@@ -153,7 +144,6 @@ class Sent(Members):
     """The members of a document that were sent from elsewhere."""
 
     def __init__(self, key: str, documents: Mapping[str, Mapping[str, bytes]]) -> None:
-        """Select the members of a key."""
         super().__init__(Path(key))
         self._held = documents.get(key, {})
 
@@ -214,7 +204,7 @@ def _json(document: object) -> bytes:
 
 
 KEPT = 4
-"""Derived scenes and models that a process keeps: the problems of one follow each other."""
+"""Derived scenes and models that a process keeps."""
 
 
 class Workshop:
@@ -245,11 +235,7 @@ class Recipe(Protocol):
 
 @dataclass(frozen=True)
 class Stated:
-    """A problem as it was stated in Python.
-
-    Attributes:
-        statement: As `Packer.statement` returned it.
-    """
+    """A problem as it was stated in Python."""
 
     statement: Mapping[str, Any]
 
@@ -291,7 +277,6 @@ class JointToJoint:
     """A motion between two configurations in a shared scene.
 
     Attributes:
-        start: Positions of its joints; the others are in the default configuration [rad | m].
         goal: Positions at the end [rad | m].
     """
 
@@ -371,11 +356,7 @@ class BasePlaced:
 
 @dataclass(frozen=True)
 class Installed:
-    """An instance of an installed problem.
-
-    Attributes:
-        draw: 0 for the fixed one, else the number of a random one.
-    """
+    """An instance of an installed problem."""
 
     name: str
     draw: int

@@ -57,7 +57,6 @@ def known(task: CampaignTask) -> dict[str, Any]:
 
 
 def fate_columns(fate: Fate, why: str) -> dict[str, Any]:
-    """Return the columns of a row whose planning did not end normally."""
     first = why.partition(":")[0] if fate in (Fate.INVALID, Fate.FAILED) else ""
     return {
         "status": fate.name,
@@ -68,7 +67,6 @@ def fate_columns(fate: Fate, why: str) -> dict[str, Any]:
 
 
 def lost_row(task: CampaignTask, fate: Fate, why: str, wall: float) -> dict[str, Any]:
-    """Return the row of a lost problem after an elapsed wall-clock time [s]."""
     return {**known(task), **fate_columns(fate, why), "wall_seconds": wall}
 
 

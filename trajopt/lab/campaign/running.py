@@ -39,7 +39,6 @@ class Progress:
 
     Attributes:
         done: Number of rows, earlier runs included.
-        total: Total number of rows.
         verified: Rows of this run with a verified motion.
         planned: Rows of this run.
         seconds: Wall-clock time of this run [s].
@@ -102,10 +101,9 @@ def resume_campaign(
     *,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignFolder:
-    """Plan the problems without a row; arguments as for `run_campaign`.
+    """Plan the problems without a row; arguments and errors as for `run_campaign`.
 
     Raises:
-        MissingExtra: If pyarrow, or a package of the engine, is not installed.
         CampaignError: If the folder has no campaign or one of other versions, rows cannot be written, or
             workers cannot be started.
     """

@@ -35,7 +35,6 @@ class Posed:
 
     Attributes:
         robot: Name of the robot; empty if unknown before the problem is made.
-        parameters: Its parameters in a study, by name.
     """
 
     family: str
@@ -78,10 +77,6 @@ def from_folder(
     path: Path | str, robot: Robot, *, sets: Sequence[str] = (), limit: int | None = None
 ) -> ProblemSource:
     """Return the problems of a folder of MoveIt files: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml.
-
-    Args:
-        sets: Names of the sets; all if empty.
-        limit: Largest number of problems of each set, lowest numbers first.
 
     Raises:
         FileFormatError: If the folder does not exist or has no problem.
@@ -147,7 +142,6 @@ def random_motions(
     """Return motions between random free configurations in one scene.
 
     Args:
-        group: May be omitted if the robot has only one.
         seed: Of the random generator; the first thousand are the same for any count.
 
     Raises:
@@ -170,11 +164,7 @@ def random_motions(
 def perturbed(
     problem: Problem, count: int, *, shift: float, turn: float = 0.0, seed: int = 0
 ) -> ProblemSource:
-    """Return variants of a problem with randomly displaced objects, to test robustness.
-
-    Args:
-        shift: Largest shift of an object along each axis [m].
-        turn: Largest turn of an object about the vertical [rad].
+    """Return variants of a problem: objects displaced by up to `shift` [m] and `turn` [rad].
 
     Raises:
         ProblemError: If the count is not positive.
@@ -208,9 +198,7 @@ def base_placements(
     Goals and objects stay in the world, the start stays in joint space.
 
     Args:
-        x: Places of its root in the world [m].
-        y: Likewise [m].
-        z: Likewise [m].
+        x: Places of its root in the world [m], as `y` and `z`.
         yaw: Its turns about the vertical [rad].
 
     Raises:

@@ -22,12 +22,7 @@ NORMAL = 1.959963984540054
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its confidence interval.
-
-    Attributes:
-        low: Lower end of its interval at 95 %.
-        high: Upper end.
-    """
+    """Number with its confidence interval at 95 %."""
 
     value: float
     low: float
@@ -38,9 +33,6 @@ def share(count: int, total: int) -> Estimate:
     """Return a share with its interval.
 
     Source: Wilson, Probable inference, the law of succession, and statistical inference, 1927.
-
-    Args:
-        total: Number of trials, at least 1.
     """
     part, square = count / total, NORMAL**2
     middle = (part + square / (2.0 * total)) / (1.0 + square / total)
@@ -92,7 +84,6 @@ class RowGroup:
 
     Attributes:
         cpu_median: Median CPU time of one problem [s]; None if not measured.
-        cpu_p90: 90th percentile of the CPU time [s].
         duration: Median duration of the verified motions [s]; None without any.
         clearance: The smallest proven clearance [m]; None without any.
     """
@@ -113,7 +104,6 @@ class PlaceMap(Value):
 
     Attributes:
         x: Places along x, shape (a,) [m].
-        y: Places along y, shape (b,) [m].
         verified: Rows with a verified motion by place, shape (b, a).
         rows: Rows by place, shape (b, a).
         best: The best placement: x, y [m], yaw [rad], and its share of verified tasks.
@@ -131,8 +121,6 @@ class CampaignSummary(Value):
     """Summary of a campaign.
 
     Attributes:
-        by_family: Groups by set.
-        by_options: Groups by method and options.
         causes: Number of failures by cause, the most frequent first.
         times: CPU times of all rows, ascending [s].
         places: Success by place of the base; None if the campaign does not vary it.
@@ -197,11 +185,7 @@ def groups(rows: Iterable[Row], name: Callable[[Row], str]) -> tuple[RowGroup, .
 
 
 def group(name: str, rows: Sequence[Row]) -> RowGroup:
-    """Return statistics of rows.
-
-    Args:
-        rows: The rows, at least one.
-    """
+    """Return statistics of at least one row."""
     solved = [row for row in rows if row["verified"]]
     times = [row["cpu_seconds"]["total"] for row in rows if row["cpu_seconds"]]
     near = [row["clearance"] for row in solved if row["clearance"] is not None]
@@ -257,10 +241,8 @@ class Comparison:
 
     Attributes:
         only_first: Problems of the first only.
-        only_second: Problems of the second only.
         verified: Verified motions of the common problems, in the first and in the second.
         gained: Problems solved only by the second.
-        lost: Problems solved only by the first.
         chance: Probability of such an uneven change by chance, by McNemar's exact test.
         cpu_ratio: CPU time of the second over the first, the median over the common problems.
         faster: Common problems that took the second less CPU time, and more.
@@ -290,9 +272,6 @@ class Comparison:
 @checked
 def compare_campaigns(first: CampaignFolder, second: CampaignFolder) -> Comparison:
     """Compare two campaigns, problem by problem.
-
-    Args:
-        second: The second campaign, with another method, options or version.
 
     Raises:
         CampaignError: If they have no problem in common.

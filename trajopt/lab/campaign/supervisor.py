@@ -52,7 +52,6 @@ class WorkerSupervisor:
     """Manages one worker, passes blocks of problems to it, and writes the rows of crashed problems."""
 
     def __init__(self, setup: engine.Setup) -> None:
-        """Start a worker; it is not yet ready when this returns."""
         self._setup = setup
         self._blocks: deque[Sequence[CampaignTask]] = deque()  # that are not yet returned
         self._unsent: deque[CampaignTask] = deque()
@@ -69,7 +68,6 @@ class WorkerSupervisor:
 
     @property
     def until(self) -> float:
-        """Deadline of the next message, on the monotonic clock [s]."""
         return self._until
 
     def give(self, block: Sequence[CampaignTask]) -> None:
@@ -135,7 +133,6 @@ class WorkerSupervisor:
         self._say(self._setup)
 
     def _hand_over(self) -> None:
-        """Send problems up to the limits, once half of them are planned; at least one to an idle worker."""
         if len(self._sent) > PIPED // 2:
             return
         waits = not self._sent
@@ -258,7 +255,6 @@ class LocalPool:
     """Workers on this machine."""
 
     def __init__(self, setup: engine.Setup, workers: int) -> None:
-        """Store the number of workers; each is started with its first block."""
         self._setup, self.workers = setup, workers
         self._blocks: dict[WorkerSupervisor, deque[engine.Block]] = {}
 

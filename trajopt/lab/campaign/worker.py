@@ -1,9 +1,4 @@
-"""A worker process: it plans one problem after the other, and sends the rows in bunches.
-
-A module of its own, since `python -m` would run a module that its package imports a second time. It reads
-tasks from the socket whose number is its first argument, and ends when its parent closes that. The start of
-each task is written to the pipe whose number is the second argument.
-"""
+"""A worker process: it plans one problem after the other, and sends the rows in bunches."""
 
 import ctypes
 import os
@@ -72,7 +67,6 @@ def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
 
 
 def die_with_parent() -> None:
-    """Make the system end this process with its parent, if supported, also during native code."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
 

@@ -96,7 +96,6 @@ class Mount(Value):
     """Mounting of a camera.
 
     Attributes:
-        frame: The link of the robot that it is fixed on: of the hand, or of the base.
         camera: The calibrated frame of the camera. A depth camera looks along z of its optical frame,
             which differs from its housing's.
         placement: Of the camera's frame in the link's.
@@ -110,7 +109,7 @@ class Mount(Value):
 def read_hand_eye(path: Path | str) -> Mount:
     """Read the mounting of a camera on a robot, or beside it, from YAML or JSON.
 
-    Three forms are supported: those of easy_handeye (`eye_on_hand`, `robot_effector_frame`, `transformation`)
+    It reads the files of easy_handeye (`eye_on_hand`, `robot_effector_frame`, `transformation`)
     and easy_handeye2 (`parameters`, `transform`), and a plain transform as ROS prints it (`header.frame_id`,
     `child_frame_id`, `transform`), which MoveIt's calibration publishes.
 

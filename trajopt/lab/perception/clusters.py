@@ -60,9 +60,6 @@ def clusters(cloud: Points, clustering: Clustering = DEFAULT) -> tuple[Cluster, 
     """Return the connected parts of a cloud, the largest first.
 
     Points in no cluster must stay in the cloud; those of a cluster may be replaced by its box.
-
-    Args:
-        clustering: Parameters.
     """
     found: list[Cluster] = []
     for own in groups(cloud.points, clustering.gap):
@@ -131,7 +128,6 @@ def box_around(points: Floats, radius: float, *, upright: bool) -> tuple[Box, Pl
 
 
 def slab_around(points: Floats, radius: float, normal: Floats) -> tuple[Box, Placement]:
-    """Return the smallest box around balls with an axis z that is given, shape (3,), as `box_around` does."""
     return _grown(points, radius, _standing(_outermost(points), _with_axis(normal))[1])
 
 
@@ -144,10 +140,6 @@ def _grown(points: Floats, radius: float, axes: Floats) -> tuple[Box, Placement]
 
 
 def _standing(points: Floats, axes: Floats) -> tuple[float, Floats]:
-    """Return the volume and the axes of the smallest box that keeps the third of these axes.
-
-    One side of the smallest rectangle around points lies on an edge of their hull.
-    """
     flat = points @ axes[:, :2]
     corners = _outermost(flat)
     edges = np.diff(np.vstack((corners, corners[:1])), axis=0)
@@ -163,7 +155,6 @@ def _standing(points: Floats, axes: Floats) -> tuple[float, Floats]:
 
 
 def _frames(points: Floats, *, upright: bool) -> list[Floats]:
-    """Return candidate axes: the world's, or one for each face of the points' hull."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import
 
     if upright:
@@ -178,7 +169,6 @@ def _frames(points: Floats, *, upright: bool) -> list[Floats]:
 
 
 def _with_axis(normal: Floats) -> Floats:
-    """Return right-handed axes, as columns, with a given third axis."""
     third = normal / float(np.linalg.norm(normal))
     helper = np.eye(3)[int(np.abs(third).argmin())]
     across: Floats = helper - float(helper @ third) * third
@@ -255,11 +245,7 @@ DEFAULT_PLANES = Flatness()
 
 @checked
 def planes(cloud: Points, flatness: Flatness = DEFAULT_PLANES) -> tuple[FlatPart, ...]:
-    """Return the flat parts of a cloud, the largest first; reproducible.
-
-    Args:
-        flatness: Parameters.
-    """
+    """Return the flat parts of a cloud, the largest first; reproducible."""
     left = np.arange(len(cloud.points))
     within = flatness.tolerance or cloud.radius
     found: list[FlatPart] = []
@@ -283,7 +269,6 @@ def planes(cloud: Points, flatness: Flatness = DEFAULT_PLANES) -> tuple[FlatPart
 
 
 def _best(points: Floats, within: float) -> tuple[Floats, float]:
-    """Return the normal and offset of the plane that has most points within a distance."""
     from scipy.spatial import cKDTree  # slow to import
 
     seeds = points[:: max(1, len(points) // SEEDS)]
@@ -313,7 +298,6 @@ def _kind(normal: Floats) -> str:
 
 
 def _points_out(normal: Floats, offset: float, points: Floats) -> bool:
-    """Return whether a normal points up, or, if level, away from the cloud's centre."""
     if abs(normal[2]) > np.sqrt(1.0 - LEVEL**2):
         return bool(normal[2] > 0.0)
     return bool(normal @ points.mean(axis=0) <= offset)

@@ -27,8 +27,8 @@ LIKELY_MILLIMETRES = 100.0
 class DepthImage(Value):
     """A depth image.
 
-    As in ROS (REP 118), whole numbers are millimetres and 0 means not measured; other numbers are metres, NaN
-    is no measurement, and infinity is nothing within range.
+    As in ROS (REP 118), whole numbers are millimetres, 0 if not measured; other numbers are metres, NaN if
+    not measured, and infinite if nothing is within range.
 
     Attributes:
         depth: Along the camera's axis, not along the pixel's ray; shape (height, width).
@@ -42,11 +42,6 @@ class DepthImage(Value):
     scale: float | None = None
 
     def __post_init__(self) -> None:
-        """Check the image, and copy it.
-
-        Raises:
-            ShapeError: If it is not of the camera's size, no numbers, or in millimetres without saying so.
-        """
         lens = one_of("camera", self.camera, Camera).intrinsics
         depth = np.array(self.depth)
         if depth.dtype.kind not in "uif":
@@ -144,7 +139,6 @@ def _scaled(
 
 
 def _likely_millimetres(depth: NDArray[Any]) -> bool:
-    """Return whether all measurements are farther than the range of any camera."""
     measured = depth[np.isfinite(depth) & (depth > 0.0)]
     return bool(len(measured)) and float(measured.min()) > LIKELY_MILLIMETRES
 
@@ -161,8 +155,7 @@ class PointCloud(Value):
         positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
         frame: "world", a link, a tool frame or an object of the scene.
         placement: Of the sensor in that frame.
-        nearest: Nearer points are skipped [m].
-        farthest: Farther points are skipped [m].
+        nearest: Nearer points are skipped [m], as are those beyond `farthest`.
         noise: Standard deviation of a point, by its distance from the sensor.
         spacing: Largest distance of neighbouring points on a surface [m]; 0 if unknown; gaps between points
             are then not covered.
@@ -178,11 +171,6 @@ class PointCloud(Value):
     spacing: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check and copy the points.
-
-        Raises:
-            ShapeError: If they are not of three coordinates each, or the range is none.
-        """
         try:
             points = np.array(self.points, dtype=np.float32)
         except (TypeError, ValueError) as error:

@@ -44,7 +44,7 @@ class Cloud(Value):
         cell: Edge of the cells [m].
         radius: Of balls about the cells' centres, whose union contains the measured points with their noise,
             and the surface between neighbouring pixels.
-        counts: Numbers of measurements: total, in the workspace, occupied cells, removed as robot.
+        counts: Numbers of measurements, occupied cells, and cells removed as robot.
     """
 
     keys: Ints
@@ -156,7 +156,6 @@ def with_unseen(
     as stated.
 
     Args:
-        images: One or several, of one or several cameras.
         sensing: Parameters, with a workspace.
         cell: Edge of the cubes [m].
         name: Of the object.
@@ -366,8 +365,7 @@ class _Solid:
     """A shape prepared for containment queries.
 
     Attributes:
-        lower: Lower corner of its box, shape (3,) [m].
-        upper: Upper corner of its box, shape (3,) [m].
+        lower: Lower corner of its box, shape (3,) [m], as `upper`.
         faces: Outward normals and offsets of flat faces, shape (k, 4); empty otherwise.
     """
 
@@ -389,7 +387,6 @@ class _Solid:
         return near
 
     def _nearer(self, points: Floats, padding: float) -> Bools:
-        """As `near`, for points in the padded box of the shape."""
         if len(self.faces):
             farthest: Floats = (points @ self.faces[:, :3].T + self.faces[:, 3]).max(axis=1)
             return farthest <= padding
@@ -430,11 +427,7 @@ class RobotMask:
 
     @staticmethod
     def of(scene: Scene, positions: Floats, known: Iterable[str] = ()) -> "RobotMask":
-        """Place the robot in a configuration.
-
-        Args:
-            positions: Of all joints, shape (number of joints,) [rad | m].
-        """
+        """Place the robot in a configuration of all joints [rad | m]."""
         at = floats("positions", positions, (len(scene.robot.joint_names),))
         named = {scene.object(name).name for name in known}
         solids, placements = list[_Solid](), list[Placement]()
@@ -449,13 +442,9 @@ class RobotMask:
         return RobotMask(tuple(solids), tuple(placements))
 
     def covers(self, points: Floats, padding: float) -> Bools:
-        """Return the points in it or within the padding.
+        """Return the points (n, 3) in it or within the padding [m], in the world.
 
         Complete; beyond edges and corners of its bodies it may extend slightly farther.
-
-        Args:
-            points: Shape (n, 3) in the world [m].
-            padding: Distance [m].
         """
         covered = np.zeros(len(points), dtype=np.bool_)
         boxes = [
@@ -513,7 +502,6 @@ def _solid(shape: shapes.Shape) -> _Solid:
 
 
 def _faces(hull: shapes.Convex) -> Floats:
-    """Return the planes of a hull's faces as outward normals and offsets, shape (k, 4)."""
     corners = hull.vertices[hull.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)

@@ -22,8 +22,7 @@ class Workspace(Value):
     """The relevant box of the world, along its axes: measurements outside are skipped.
 
     Attributes:
-        lower: Its lower corner, shape (3,) in the world [m].
-        upper: Its upper corner, shape (3,) in the world [m].
+        lower: Its lower corner, shape (3,) in the world [m], as `upper`.
     """
 
     lower: Floats
@@ -163,13 +162,11 @@ SAME = 1e-9
 
 
 def packed(cells: NDArray[np.integer]) -> Ints:
-    """Return one number for each of the cells (n, 3)."""
     shifted = cells.astype(np.int64) + MOST_CELLS_ACROSS
     return (shifted[:, 0] << 2 * BITS) | (shifted[:, 1] << BITS) | shifted[:, 2]
 
 
 def unpacked(keys: Ints) -> Ints:
-    """Return the cells (n, 3) of their numbers."""
     split = np.stack((keys >> 2 * BITS, (keys >> BITS) & LOW, keys & LOW), axis=1)
     return split - MOST_CELLS_ACROSS
 
@@ -214,8 +211,6 @@ class Grid(Value):
         Args:
             where: Placement of the sensor in the world.
             reach: Its range [m].
-            edge: Of a cell [m].
-            workspace: None for everything.
         """
         if workspace is not None:
             first = np.floor(workspace.lower / edge + SAME)
@@ -229,7 +224,6 @@ class Grid(Value):
 
     @property
     def across(self) -> float:
-        """Its extent along the longest axis [m]."""
         return float(self.count.max()) * self.edge
 
     def placed(self, where: Placement) -> tuple[Singles, Singles]:

@@ -77,7 +77,6 @@ class LinkTree:
         return tuple(child for child in self.below[name] if any(link.moving for link in self.subtree(child)))
 
     def extent(self, name: str) -> float:
-        """Return the length of the longest path from the link above down to a leaf [m]."""
         return self.links[name].length + max((self.extent(child) for child in self.below[name]), default=0.0)
 
     def joined(self, one: str, other: str, solid: frozenset[str]) -> bool:
@@ -158,7 +157,6 @@ def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
 
 
 def _torso_apart(tree: LinkTree, chain: list[ProposedGroup]) -> list[list[ProposedGroup]]:
-    """Return a chain, with the torso that an arm begins with as a chain of its own."""
     whole, *grippers = chain
     count = next(
         (place for place, joint in enumerate(whole.driven) if body_part([joint]) != TORSO), len(whole.driven)
@@ -201,7 +199,6 @@ def _on_base(group: ProposedGroup) -> ProposedGroup:
 
 
 def _chains(tree: LinkTree, base: str) -> list[list[ProposedGroup]]:
-    """Return the chain that begins at a link, with its gripper if it has one, then those below it."""
     here, travelled, path = base, 0.0, [base]
     branches = tree.moving_below(base)
     while len(branches) == 1:
@@ -235,7 +232,6 @@ def _branch(tree: LinkTree, base: str, child: str) -> list[list[ProposedGroup]]:
 
 
 def _way(tree: LinkTree, above: str, below: str) -> list[str]:
-    """Return the links between two, the lower one included."""
     found: list[str] = []
     while below != above:
         found.append(below)
@@ -368,7 +364,6 @@ class UniqueNames:
 
 
 def body_part(joints: Sequence[str]) -> str:
-    """Return the part of a robot that joints move: wheel, head, torso, leg, arm; empty if not known."""
     if any(words(joint) & WHEELS for joint in joints):
         return WHEEL
     for part, known in BODY_PARTS.items():
@@ -389,12 +384,7 @@ def chain_name(joints: Sequence[str]) -> str:
 
 
 def gripper_name(palm: str, carrier: str, *, alone: bool) -> str:
-    """Return the name of a gripper.
-
-    Args:
-        palm: The link that carries the fingers.
-        alone: Whether the robot has one arm only.
-    """
+    """Return the name of a gripper; `palm` is the link that carries the fingers."""
     kind = HAND if HAND in words(palm) else GRIPPER
     side = "" if alone else carrier.removesuffix(ARM).strip("_")
     return f"{side}_{kind}" if side else kind

@@ -206,12 +206,6 @@ class PairCounts:
     at: Floats
 
     def take(self, pairs: LinkPairs, positions: Floats, contacts: Contacts) -> None:
-        """Count a batch.
-
-        Args:
-            positions: The configurations, shape (S, n).
-            contacts: All contacts, and distances smaller than the present minimum.
-        """
         link_pair = pairs.of_body_pair[contacts.pair]
         touching = contacts.distance <= 0.0
         met = np.unique(link_pair[touching] * len(positions) + contacts.sample[touching]) // len(positions)
@@ -236,12 +230,7 @@ def count_pairs(
     rng: np.random.Generator,
     progress: Progress | None = None,
 ) -> PairCounts:
-    """Sample random configurations within limits.
-
-    Args:
-        query: Of the model with all driven joints free.
-        progress: Called with the number done.
-    """
+    """Sample random configurations within limits."""
     joints = len(query.reduced.joint_names)
     count = len(pairs.names)
     counts = PairCounts(0, np.zeros(count, dtype=np.int64), np.full(count, np.inf), np.zeros((count, joints)))
@@ -347,9 +336,7 @@ def judge_pairs(
     zero, but not always.
 
     Args:
-        robot: Pairs in its SRDF are ignored.
         confidence: Required confidence of "never"; determines the number of samples.
-        progress: Called with the number of samples done.
     """
     reduced = all_joints_free(robot)
     pairs, query = LinkPairs.of(reduced), evaluator(reduced)

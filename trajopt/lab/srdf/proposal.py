@@ -148,11 +148,6 @@ def propose_srdf(
     Adjacent pairs, those that never collide and those that always do are excluded from collision checks, and
     so are pairs inside one gripper, whose fingers meet. A pair that collides with all joints at zero is
     reported, not excluded.
-
-    Args:
-        robot: The robot, loaded from its URDF alone.
-        confidence: Required confidence of "never"; determines the number of samples.
-        progress: Called with the number of samples done.
     """
     tree = LinkTree.of(robot)
     groups = propose_groups(tree)
@@ -292,7 +287,6 @@ def srdf_text(
     """Write an SRDF.
 
     Args:
-        name: Of the robot, as in its URDF.
         groups: Chains, grippers, the base on wheels, and groups that join others.
         states: Joint -> position [rad | m] by (group, state).
         end_effectors: The parent of each gripper.

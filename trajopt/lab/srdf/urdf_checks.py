@@ -42,12 +42,7 @@ class Severity(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """Something odd.
-
-    Attributes:
-        severity: How bad it is.
-        problem: A sentence.
-    """
+    """Something odd."""
 
     severity: Severity
     subject: str
@@ -118,7 +113,7 @@ def _inertias(root: ElementTree.Element, robot: Robot) -> Iterator[Finding]:
 
 
 def _moments(name: str, inertia: Floats) -> Iterator[Finding]:
-    """Source of the inequality: principal moments are integrals, e.g. ixx + iyy - izz = 2 int z^2 dm >= 0."""
+    """Source: principal moments are integrals, e.g. ixx + iyy - izz = 2 int z^2 dm >= 0."""
     moments = np.asarray(np.linalg.eigvalsh(inertia), dtype=np.float64)
     shown = ", ".join(f"{moment:.3g}" for moment in moments.tolist())
     slack = 1e-3 * max(float(np.abs(moments).max()), 1e-12)
@@ -238,7 +233,6 @@ def _shapes(robot: Robot) -> Iterator[Finding]:
 
 
 def _mismatch(link: str, solid: Floats, shown: Floats) -> Iterator[Finding]:
-    """Compare the boxes around a link's collision and visual shapes, (2, 3) each."""
     sizes = [box[1] - box[0] for box in (solid, shown)]
     bad = (np.maximum(*sizes) > MISMATCH * np.minimum(*sizes)) & (np.abs(sizes[0] - sizes[1]) > SLACK)
     if bad.any():
@@ -253,7 +247,6 @@ def _mismatch(link: str, solid: Floats, shown: Floats) -> Iterator[Finding]:
 
 
 def _boxes(shapes: list[tuple[str, Placement, Shape]]) -> dict[str, Floats]:
-    """Return the box around the shapes of each link, in the link's frame, (2, 3) [m]."""
     found: dict[str, Floats] = {}
     for link, where, shape in shapes:
         low, high = bounding_box(shape)
@@ -268,7 +261,6 @@ def _boxes(shapes: list[tuple[str, Placement, Shape]]) -> dict[str, Floats]:
 
 
 def _number(element: ElementTree.Element | None, key: str) -> float:
-    """Return an attribute; 0 if the element or the attribute is missing, as in URDF."""
     return float(element.get(key, "0")) if element is not None else 0.0
 
 

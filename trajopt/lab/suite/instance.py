@@ -58,8 +58,6 @@ class Instance:
     """A problem, made on demand.
 
     Attributes:
-        name: Its name; in a set "set/number".
-        make: Makes it; each call returns a new one.
         draw: 0, or the number of a random instance of an installed problem.
         files: Its scene, request and motions, if it is read from files.
     """
@@ -73,12 +71,7 @@ class Instance:
 
 @dataclass(frozen=True)
 class Definition:
-    """A function that makes a problem, known by name.
-
-    Attributes:
-        name: Its name, among the installed problems or in a comparison.
-        make: The function; with an argument `rng` it makes random instances too.
-    """
+    """A function that makes a problem, known by name."""
 
     name: str
     make: Callable[..., Problem]
@@ -97,10 +90,7 @@ class Definition:
 
     @checked
     def instance(self, draw: int = 0) -> Instance:
-        """Return an instance.
-
-        Args:
-            draw: 0 for the fixed instance, else the number of a random one: the same on every machine.
+        """Return the fixed instance (0) or a random one, the same on every machine.
 
         Raises:
             ProblemError: If there are no random instances.
@@ -140,11 +130,7 @@ def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
 
 @checked
 def installed_instances(names: Sequence[str] = ()) -> tuple[Instance, ...]:
-    """Return the fixed instances of installed problems by name; all if none is named.
-
-    Raises:
-        ProblemNotFound: If there is none of a name.
-    """
+    """Return the fixed instances of installed problems by name; all if none is named."""
     return tuple(item.instance() for item in installed_definitions(names))
 
 
@@ -173,12 +159,7 @@ def instances_of(problems: Mapping[str, Problem] | Sequence[Problem | str]) -> t
 def find_instances(
     folder: Path, robot: Robot, sets: Sequence[str] = (), *, limit: int | None = None
 ) -> tuple[Instance, ...]:
-    """List the problems below a folder, named by set and number; files are read on demand.
-
-    Args:
-        sets: Names of the sets; all if empty.
-        limit: Largest number of problems of each set, lowest numbers first.
-    """
+    """List the problems below a folder, named by set and number: of some sets, or of all."""
     if not folder.is_dir():
         raise FileFormatError(str(folder), "is not a folder")
     present = sorted(path.name for path in folder.iterdir() if any(path.glob("scene*.yaml")))
@@ -231,12 +212,10 @@ def row(outcome: RunOutcome) -> dict[str, object]:
 
 
 def seconds(outcome: RunOutcome) -> dict[str, float]:
-    """Return process time by stage [s]: "read" is the files', "total" all but that."""
     return {"read": outcome.setup_seconds, **outcome.stages, "total": outcome.cpu_seconds}
 
 
 def cause(outcome: RunOutcome) -> str:
-    """Return the cause of a failure without numbers, so that equal causes can be counted."""
     return cause_of(outcome.status, outcome.message)
 
 
@@ -252,10 +231,7 @@ def not_proven_unaskable(outcome: RunOutcome) -> bool:
 def summary(
     outcomes: Sequence[RunOutcome], askable: Callable[[RunOutcome], bool] = not_proven_unaskable
 ) -> dict[str, object]:
-    """Summarise success over all valid problems, CPU time, counts, and causes of failures.
-
-    CPU time as medians and 90th percentiles, in total and for each stage ("stages").
-    """
+    """Summarise success over all valid problems, CPU time, counts, and causes of failures."""
     asked = [outcome for outcome in outcomes if askable(outcome)]
     solved = [outcome for outcome in asked if outcome.verified]
 

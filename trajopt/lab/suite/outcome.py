@@ -39,10 +39,8 @@ class RunOutcome:
     """Outcome of one problem with one method.
 
     Attributes:
-        problem: Name of the problem; in a set of files "set/number".
         draw: 0, or the number of a random instance.
         certainty: Of the status.
-        attempts_by_kind: Number of seeds by kind.
         won_by: Kind of the successful seed, or None.
         setup_seconds: CPU time of making the problem, including its files [s].
         cpu_seconds: CPU time of planning, including the judge [s].

@@ -101,7 +101,6 @@ def _row(item: Check) -> tuple[str, ...]:
 
 HEAD = ("", "problem", "instance", "constraint", "where", "worst", "bound", "unit", "at [s]", "evidence")
 WIDEST = 48
-"""Longer names of constraints are cut."""
 _COLUMNS = {
     **{name: name for name in ("name", "subject", "bound", "unit", "time", "evidence", "holds")},
     "worst": "value",

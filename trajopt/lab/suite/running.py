@@ -132,12 +132,7 @@ def _points(positions: Floats) -> tuple[tuple[float, ...], ...]:
 @checked
 @dataclass(frozen=True)
 class Allowance:
-    """Budget of every method on every problem.
-
-    Attributes:
-        attempts: Largest number of seeds.
-        cpu_seconds: Largest CPU time [s].
-    """
+    """Budget of every method on every problem."""
 
     attempts: int = 8
     cpu_seconds: float = 30.0
@@ -156,13 +151,11 @@ def compare(
     attempts: int = 8,
     cpu_seconds: float = 30.0,
 ) -> tuple[RunOutcome, ...]:
-    """Plan every problem with every method, and judge all motions with the same judge.
+    """Plan every problem with every method, with the same seeds, and judge all motions with the same judge.
 
     Args:
         problems: By name; or a sequence of problems or names of installed ones.
         methods: Methods, or names of installed ones.
-        attempts: Largest number of seeds; all methods get the same ones in the same order.
-        cpu_seconds: CPU time after which no further seed is tried [s].
 
     Raises:
         ProblemNotFound: If there is no installed problem of a name.
@@ -188,7 +181,6 @@ def compared(
     """Yield every outcome, problem by problem.
 
     Args:
-        allowance: The budget of each on each.
         skipped: Receives methods with missing packages, which are then skipped; None to raise.
         seen: Called with each result before its outcome, which has the numbers only, is yielded.
 

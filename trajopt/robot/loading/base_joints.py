@@ -31,7 +31,6 @@ class Based:
     base: RobotBase
 
     def limits_beside(self, stated: Mapping[str, Mapping[str, Any]]) -> Mapping[str, Mapping[str, Any]]:
-        """Return these limits and those of a file, which take precedence."""
         return {
             name: {**self.limits.get(name, {}), **stated.get(name, {})} for name in {**self.limits, **stated}
         }
@@ -90,7 +89,6 @@ def _child(joint: ElementTree.Element) -> str:
 def _stands_for(
     base: MovingBase, inside: Mapping[str, ElementTree.Element], virtual: VirtualJoint | None
 ) -> str:
-    """Return the name of the joint that a base replaces, or its own name."""
     known = {} if virtual is None else {virtual.name: virtual.kind}
     known |= {name: joint.get("type", "") for name, joint in inside.items()}
     free = [name for name, kind in known.items() if kind in SEVERAL_DEGREES_OF_FREEDOM]

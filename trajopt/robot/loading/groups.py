@@ -45,8 +45,6 @@ class Group:
 
 @dataclass(frozen=True)
 class _Members:
-    """Names of joints (fixed ones too) and of links; a link may have the name of a joint."""
-
     joints: set[str] = field(default_factory=set[str])
     links: set[str] = field(default_factory=set[str])
 
@@ -71,8 +69,6 @@ def _chain(model: pin.Model, base: str, tip: str, group: str) -> _Members:
 
 @dataclass(frozen=True, eq=False)
 class _Tree:
-    """The kinematic tree by names, and the SRDF's groups."""
-
     model: pin.Model
     srdf: Srdf
     joints: tuple[str, ...]
@@ -81,7 +77,6 @@ class _Tree:
     bases: frozenset[str]
 
     def members(self, element: GroupElement, seen: tuple[str, ...]) -> _Members:
-        """Return the names of all joints and links of a group and its subgroups."""
         found = _Members()
         for base, tip in element.chains:
             self._check_links(element, (base, tip))

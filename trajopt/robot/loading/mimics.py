@@ -1,4 +1,4 @@
-"""Mimic joints: the joint that each finally follows, and factor and offset."""
+"""Mimic joints: the leading joint of each, with factor and offset."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace

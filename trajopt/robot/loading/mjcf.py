@@ -32,7 +32,6 @@ _NUMBERS = {
     "actuator": ("actuator_forcerange", "actuator_ctrlrange", "actuator_gear"),
     "key": ("key_qpos",),
 }
-"""Fields of a compiled model, by element."""
 _CHILD, _COMPILED = Path(__file__).with_name("mjcf_child.py"), "compiled.mjb"
 LONGEST_SLIDE = 100.0
 """Half the range of a slide without limits [m]: more than the travel of any arm, gantry or base."""
@@ -70,8 +69,6 @@ def _compiled(path: Path) -> tuple[Any, list[str]]:
 
 @dataclass
 class _Reading:
-    """The description as far as it is written."""
-
     path: Path
     model: Any
     root: ElementTree.Element = field(default_factory=lambda: ElementTree.Element("robot"))
@@ -102,7 +99,6 @@ class _Reading:
         return Urdf(self.path, xml, name, *shapes, mimics, tuple(self.notes)), srdf
 
     def _check(self) -> None:
-        """Check that names are text and numbers finite, which MuJoCo does not."""
         try:
             bytes(self.model.names).decode()
         except UnicodeDecodeError as error:
@@ -119,7 +115,6 @@ class _Reading:
                     )
 
     def _body(self, body: int) -> None:
-        """Write a body and its joints, with a link between consecutive ones."""
         model, name, over = self.model, self._name("body", body), int(self.model.body_parentid[body])
         above = self._name("body", over) if over else _WORLD
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
@@ -158,7 +153,6 @@ class _Reading:
         ElementTree.SubElement(inertial, "inertia", ixy="0", ixz="0", iyz="0", **moments)
 
     def _joint(self, joint: int, name: str, links: tuple[str, str], where: tuple[Floats, Floats]) -> None:
-        """Write a hinge or slide between two links."""
         model, limited = self.model, bool(self.model.jnt_limited[joint])
         slides = int(model.jnt_type[joint]) == SLIDE
         kind = "prismatic" if slides else "revolute" if limited else "continuous"
@@ -198,7 +192,6 @@ class _Reading:
         return stated
 
     def _geoms(self) -> Mapping[int, str]:
-        """Write all geoms; return the link of each that collides."""
         model, owners = self.model, dict[int, str]()
         seen: dict[str, list[LinkGeometry]] = {}
         for geom in range(int(model.ngeom)):
@@ -238,7 +231,6 @@ class _Reading:
         return found
 
     def _passive(self, mimics: Mapping[str, Mimic]) -> list[str]:
-        """Return the joints without an actuator, if there are any actuators."""
         model, driven = self.model, set[int]()
         for actuator in range(int(model.nu)):
             kind, place = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator][0])
@@ -293,12 +285,10 @@ class _Reading:
 
 
 def _is_motor(model: Any, actuator: int) -> bool:
-    """Return whether an actuator's force is its control times a gain."""
     return not int(model.actuator_gaintype[actuator]) and not int(model.actuator_biastype[actuator])
 
 
 def _about(axis: Floats, angle: float) -> Floats:
-    """Return the rotation about an axis, quaternion-exact: shape (3, 3)."""
     half = 0.5 * angle
     return rotation_of(np.array((np.cos(half), *(np.sin(half) * axis / np.linalg.norm(axis)))))
 
@@ -331,13 +321,11 @@ _ROUND = (24, 13)
 
 
 def rotation_of(quaternion: Floats) -> Floats:
-    """Return the matrix of MuJoCo's quaternion, whose first number is w."""
     w, x, y, z = (float(value) for value in quaternion)
     return from_quaternion(x, y, z, w)
 
 
 def geom_placement(model: Any, geom: int) -> Placement:
-    """Return the placement of a geom in its body's frame."""
     position = np.array(model.geom_pos[geom], dtype=float)
     return Placement(readonly(rotation_of(model.geom_quat[geom])), readonly(position))
 
@@ -373,7 +361,6 @@ def _mesh(model: Any, mesh: int) -> Mesh:
 
 
 def _around_ellipsoid(radii: Floats) -> Shape:
-    """Return a hull that contains an ellipsoid."""
     turns, heights = _ROUND
     around = np.linspace(0.0, 2.0 * np.pi, turns, endpoint=False)
     points = np.array(
@@ -393,7 +380,6 @@ def _around_ellipsoid(radii: Floats) -> Shape:
 
 
 def collides(model: Any, geom: int) -> bool:
-    """Return whether a geom can touch anything; others are only visual."""
     return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
 
 
@@ -423,7 +409,6 @@ def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str
 
 
 def _bits_meet(a: tuple[int, int], b: tuple[int, int]) -> bool:
-    """Return whether geoms can touch, given contype and conaffinity of both."""
     return bool(a[0] & b[1] or b[0] & a[1])
 
 

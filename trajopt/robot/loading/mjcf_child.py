@@ -1,7 +1,6 @@
 """Compile one MuJoCo file in a child process, since some files take all memory or crash it.
 
-Standard input: a request in JSON; standard output: a line of JSON with the warnings, then the compiled model
-(.mjb).
+Standard input: a request in JSON; standard output: a line of JSON with the warnings, then the model (.mjb).
 """
 
 import json

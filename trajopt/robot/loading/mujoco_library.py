@@ -11,7 +11,6 @@ __all__ = ["mujoco"]
 
 
 def _load_mujoco() -> None:
-    """Import MuJoCo, without OpenGL if that cannot be loaded."""
     try:
         import_module("mujoco")
     except (AttributeError, OSError, RuntimeError):

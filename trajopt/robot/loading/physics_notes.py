@@ -15,11 +15,7 @@ of 99.9 %.
 
 
 def effort_notes(model: pin.Model, limits: JointLimits, exempt: Collection[str]) -> tuple[str, ...]:
-    """Return notes on joints without an effort limit, and on those that gravity mostly overloads.
-
-    Args:
-        exempt: Joints without a motor of their own, which are not reported.
-    """
+    """Return notes on joints without an effort limit, and on those that gravity mostly overloads."""
     said: list[str] = []
     spoken = [(place, name) for place, name in enumerate(limits.joint_names) if name not in exempt]
     free = [name for place, name in spoken if np.isinf(limits.effort[place])]

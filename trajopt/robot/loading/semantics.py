@@ -101,7 +101,6 @@ def _bases(srdf: Srdf) -> list[str]:
 def _states(
     model: pin.Model, srdf: Srdf, groups: Mapping[str, Group]
 ) -> tuple[Mapping[tuple[str, str], Mapping[str, float]], Mapping[str, str], list[str]]:
-    """Return the named states of existing groups, the reasons for skipped states, and notes."""
     joints = frozenset(joint_frame_names(model))
     found: dict[tuple[str, str], Mapping[str, float]] = {}
     several: dict[str, list[str]] = {}

@@ -65,7 +65,6 @@ class Srdf:
         disabled_pairs: Link pairs never checked for collision.
         passive_joints: Joints without a motor.
         left_out: The reason for each skipped named state, by its name.
-        robot: Name of the robot in the file.
     """
 
     groups: Mapping[str, GroupElement] = field(default_factory=dict[str, GroupElement])

@@ -37,12 +37,6 @@ def with_stated(
     """Apply the entries of a `joint_limits.yaml`, and defaults for missing limits.
 
     A mimic joint without stated limits has none.
-
-    Args:
-        limits: Of the robot description; acceleration may be NaN for "not stated".
-        stated: Joint name -> `max_velocity`, `max_acceleration`, `max_jerk`, `min_position`,
-            `max_position`, `max_effort`, each with its `has_..._limits` flag.
-        units: "rad" or "m" of each joint.
     """
     columns: dict[str, tuple[tuple[str, Floats], ...]] = {
         "has_velocity_limits": (("max_velocity", np.array(limits.velocity)),),
@@ -85,11 +79,7 @@ def with_stated(
 
 
 def not_stated(name: str, kind: LimitKind, limit: float, unit: str) -> str:
-    """Print a chosen limit: "elbow acceleration 229.2 deg/s^2 (no limit stated)".
-
-    Args:
-        unit: "rad" or "m".
-    """
+    """Print a chosen limit: "elbow acceleration 229.2 deg/s^2 (no limit stated)"."""
     return f"{name} {kind.value} {in_unit(limit, unit + PER_SECOND[kind])} (no limit stated)"
 
 
@@ -134,7 +124,6 @@ def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]:
-    """Return one joint's entry after checking its flags and numbers."""
     if not isinstance(entry, dict):
         raise FileFormatError(path, f"{place}: must be a mapping, is {shown(entry)}")
     found: dict[str, float | bool] = {}

@@ -65,13 +65,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Urdf:
-    """The content of a URDF file, except kinematics and inertias.
-
-    Attributes:
-        xml: Its text without collision and visual elements, with joints of several degrees of freedom as
-            written.
-        limits: Joint name -> `max_acceleration` and `max_jerk`, as far as stated (URDF 1.2).
-    """
+    """The content of a URDF file, except kinematics and inertias."""
 
     path: Path
     xml: str
@@ -152,7 +146,6 @@ def _link_geometries(
 
 
 def _check_links(path: Path, root: ElementTree.Element) -> None:
-    """Check masses and inertias, which pinocchio does not."""
     for link in root.findall("link"):
         inertial = link.find("inertial")
         if inertial is None:
@@ -175,7 +168,6 @@ def _check_origin(path: Path, origin: ElementTree.Element | None) -> None:
 
 
 def _check_joint(path: Path, joint: ElementTree.Element) -> None:
-    """Check the numbers of a joint, which pinocchio does not."""
     name = f"joint {shown(joint.get('name'))}"
     origin, axis, limit = (joint.find(tag) for tag in ("origin", "axis", "limit"))
     _check_origin(path, origin)
@@ -194,7 +186,6 @@ def _check_joint(path: Path, joint: ElementTree.Element) -> None:
 
 
 def _rates(path: Path, joint: ElementTree.Element) -> dict[str, float]:
-    """Return the limits of acceleration (the smaller of it and deceleration) and jerk (URDF 1.2)."""
     limit, found = joint.find("limit"), dict[str, float]()
     if limit is None:
         return found
@@ -233,7 +224,6 @@ def _joints(path: Path, root: ElementTree.Element) -> tuple[dict[str, Mimic], di
 
 
 def _angles_of_quaternions(path: Path, root: ElementTree.Element) -> None:
-    """Replace the quaternions of origins (URDF 1.2) by angles, which pinocchio reads."""
     for origin in root.iter("origin"):
         if (text := origin.attrib.pop("quat_xyzw", None)) is None:
             continue
@@ -400,7 +390,6 @@ def _has_narrower_soft_limits(path: Path, joint: ElementTree.Element) -> bool:
 
 
 def _complete_joint(path: Path, joint: ElementTree.Element) -> bool:
-    """Return whether the limits let the joint move."""
     name, kind, limit = shown(joint.get("name")), joint.get("type"), joint.find("limit")
     for tag in _UNUSED:
         for element in joint.findall(tag):

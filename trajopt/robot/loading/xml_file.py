@@ -16,8 +16,6 @@ _BLOCK = 65536  # bytes handed to the parser at once
 
 
 class _Bounded(ElementTree.TreeBuilder):
-    """Builds no tree deeper than recursion allows."""
-
     depth = 0
 
     def start(self, tag: str, attrs: dict[str, str]) -> ElementTree.Element:  # pyright: ignore
@@ -32,11 +30,7 @@ class _Bounded(ElementTree.TreeBuilder):
 
 
 def read_xml(path: Path, kind: str, *, root: str = "robot") -> ElementTree.Element:
-    """Return the root of an XML file.
-
-    Args:
-        kind: Its kind, for errors: "URDF" or "SRDF".
-    """
+    """Return the root of an XML file of a kind, "URDF" or "SRDF" in errors."""
     return parse_xml(read_bytes(path), path, kind, root=root)
 
 
@@ -58,11 +52,7 @@ def parse_xml(data: bytes, path: Path, kind: str, *, root: str = "robot") -> Ele
 def numbers(
     path: Path, element: ElementTree.Element, key: str, default: str, *, count: int | None = None
 ) -> list[float]:
-    """Return the finite numbers of an attribute.
-
-    Args:
-        count: Required count; any if None.
-    """
+    """Return the finite numbers of an attribute."""
     text = element.get(key, default)
     where = f"<{element.tag} {key}={shown(text)}>"
     try:
@@ -92,7 +82,6 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
     read these folders.
 
     Args:
-        arguments: Values of its `<xacro:arg>` by name; others have their defaults.
         package_dirs: Folders of packages, or with packages in them.
     """
     if find_spec(_PACKAGE) is None:

@@ -1,9 +1,7 @@
 """Stand-ins for MoveIt's Python API: `moveit_commander`, its messages, and a simulated world.
 
-A script changes only its imports (`from trajopt.ros import commander as moveit_commander`,
-`from trajopt.ros.commander.geometry_msgs.msg import Pose`, ...) and adds one line, `with
-commander.World("panda"):`, which selects the robot and scene. `docs/from-moveit.md` lists every call with its
-counterpart here.
+A script changes its imports (`from trajopt.ros import commander as moveit_commander`) and adds one line,
+`with commander.World("panda"):`, which selects the robot and scene. `docs/from-moveit.md` lists the calls.
 """
 
 from collections.abc import Sequence

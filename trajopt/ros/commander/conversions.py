@@ -22,12 +22,10 @@ def list_to_pose(pose_list: Sequence[float]) -> Pose:
 
 
 def list_to_pose_stamped(pose_list: Sequence[float], target_frame: str) -> PoseStamped:
-    """Convert a pose list to a PoseStamped in a frame."""
     return stamped(placement_of(pose_list), target_frame)
 
 
 def stamped(where: Placement, frame: str) -> PoseStamped:
-    """Convert a placement in a frame to a pose."""
     return PoseStamped(Header(stamp=Time.now(), frame_id=frame), pose_of(where))
 
 

@@ -145,14 +145,7 @@ class GroupBase:
         *,
         world: World | None = None,
     ) -> None:
-        """Select a group; other arguments are as in MoveIt, and ignored.
-
-        Args:
-            world: The world; the world of the enclosing `with` block when None.
-
-        Raises:
-            MoveItCommanderException: If the group or the world does not exist.
-        """
+        """Select a group; the world is by default that of the enclosing `with` block."""
         self._world = world_or_current(world)
         self._group = self._world.group(name)
         self._tip = end_link(self._world.robot, self._group.name)
@@ -177,12 +170,7 @@ class GroupBase:
         return dict(zip(self._group.joints, here.tolist(), strict=True))
 
     def _link(self, name: str) -> str:
-        """Return the named link; the end effector if the name is empty.
-
-        Raises:
-            MoveItCommanderException: If the group has no end effector.
-            FrameNotFound: If no link, tool frame or attached object has that name.
-        """
+        """Return the named link; the end effector if the name is empty."""
         scene = self._world.scene
         link = name or self._tip
         if not link:
@@ -196,11 +184,6 @@ class GroupBase:
         return link
 
     def _frame(self, name: str) -> str:
-        """Return a frame's name in the scene.
-
-        Raises:
-            FrameNotFound: If the frame does not exist.
-        """
         scene = self._world.scene
         if name in world_names(scene.robot):
             return WORLD
@@ -208,12 +191,11 @@ class GroupBase:
         return name
 
     def _placed(self, target: PoseTarget, positions: Floats) -> Placement:
-        """Return the world placement of a target for the given joint positions."""
         return self._world.scene.placement_of(self._frame(target.frame), positions) * target.placement
 
 
 class GroupState(GroupBase):
-    """Structure and state of a group."""
+    """Structure and state of a group: positions in rad or m, angles in rad."""
 
     def get_name(self) -> str:
         """Return the name of the group."""
@@ -321,7 +303,7 @@ class GroupState(GroupBase):
 
 
 class GroupSettings(GroupBase):
-    """Planning settings of a group."""
+    """Planning settings of a group: tolerances [rad | m], times [s], and scaling factors in (0, 1]."""
 
     def get_goal_tolerance(self) -> tuple[float, float | list[float], float | list[float]]:
         """Return the tolerances of joints [rad | m], positions [m] and orientations [rad]."""
@@ -352,23 +334,17 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, joint_tolerance=tolerance)
 
     def set_goal_position_tolerance(self, value: float | Sequence[float]) -> None:
-        """Set the goal position tolerance: one number, or one for each axis of the goal [m].
-
-        Infinity leaves an axis free.
-        """
+        """Set one tolerance, or one for each axis of the goal [m]; infinity leaves an axis free."""
         tolerance = per_axis("goal position tolerance", value)
         self._settings = replace(self._settings, position_tolerance=tolerance)
 
     def set_goal_orientation_tolerance(self, value: float | Sequence[float]) -> None:
-        """Set the goal orientation tolerance: one number, or one for each axis of the goal [rad].
-
-        Pi or more leaves an axis free.
-        """
+        """Set one tolerance, or one for each axis of the goal [rad]; pi or more leaves an axis free."""
         tolerance = per_axis("goal orientation tolerance", value)
         self._settings = replace(self._settings, orientation_tolerance=tolerance)
 
     def allow_looking(self, value: bool) -> None:
-        """Accept and ignore: there is no sensor to look around with; the script defines the scene."""
+        """Accept and ignore: the script defines the scene."""
 
     def allow_replanning(self, value: bool) -> None:
         """Set whether `go` replans if the scene changed during planning."""
@@ -626,12 +602,6 @@ class GroupTargets(GroupBase):
         return frame
 
     def _set_joints(self, values: Mapping[str, float]) -> None:
-        """Change joint values of the target.
-
-        Raises:
-            JointNotFound: If a joint is not in the group.
-            MoveItCommanderException: If a position is outside its limits.
-        """
         limits = self._world.robot.limits
         for joint, value in values.items():
             if joint not in self._group.joints:

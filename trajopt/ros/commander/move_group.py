@@ -74,10 +74,7 @@ PATH_TOLERANCE = 1e-3
 
 
 def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:
-    """Accept calls of `compute_cartesian_path` with or without MoveIt's former `jump_threshold`.
-
-    Paths planned here are continuous in the joints, so they satisfy any threshold.
-    """
+    """Accept calls with or without MoveIt's former `jump_threshold`; paths are continuous in the joints."""
 
     @wraps(function)
     def call(*args: Any, **kwargs: Any) -> R:
@@ -147,7 +144,6 @@ class GroupMotions(GroupBase):
         return trajectory_message(followed.trajectory, self._planning_frame), followed.fraction
 
     def get_last_followed(self) -> Followed | None:
-        """Return trajopt's result of the last Cartesian path, with the reason of its end; None before."""
         return self._followed
 
     def pick(self, object_name: str, grasp: Any = (), plan_only: bool = False) -> int:
@@ -211,7 +207,6 @@ class GroupMotions(GroupBase):
         return self._finish(result, plan_only)
 
     def get_last_pick_place(self) -> PickPlaceResult | None:
-        """Return trajopt's result of the last pick or place; None before."""
         return self._pick_place
 
     def _finish(self, result: PickPlaceResult, plan_only: bool) -> int:
@@ -255,11 +250,7 @@ def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: s
 
 
 def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
-    """Convert a Pose, PoseStamped or PlaceLocation, the target of an object, to a place.
-
-    Args:
-        at: Current positions of all joints [rad | m].
-    """
+    """Convert a target of an object to a place; `at` are the positions of all joints [rad | m]."""
     whole = is_message(location, "place_pose")
     where, frame = framed_placement(location.place_pose if whole else location, WORLD)
     placed = scene.placement_of(_frame(frame, scene), at) * where
@@ -298,7 +289,6 @@ def _straight(message: Any, link: str) -> Straight:
 
 
 def _opening(posture: Any, name: str, scene: Scene, gripper: Gripper) -> float:
-    """Return the distance between the pads in a posture [m]."""
     robot, points = scene.robot, posture.points
     if not points or len(points[-1].positions) != len(posture.joint_names):
         raise MoveItCommanderException(
@@ -382,15 +372,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         return result.verified, message, sum(result.cpu_seconds.values()), code_of(result)
 
     def go(self, joints: Any = None, wait: bool = True) -> bool:
-        """Plan a motion as `plan` does, with path constraints, and execute it.
-
-        Args:
-            joints: Target that replaces the stored one: joint values, a pose, or a name.
-            wait: Whether to return after the motion, or after its start.
-
-        Returns:
-            Whether the robot arrived (or started); see `get_last_outcome`.
-        """
+        """Plan a motion as `plan` does, with path constraints, and execute it; return as `execute` does."""
         if isinstance(joints, bool):
             joints, wait = None, joints
         self._take(joints)
@@ -413,7 +395,6 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         """Execute a planned motion.
 
         Args:
-            trajectory: A RobotTrajectory or JointTrajectory.
             wait: Whether to return after the motion, or after its start.
 
         Returns:

@@ -29,11 +29,7 @@ class PlanningSceneInterface:
     """Edits the scene of a world; the next plan uses each edit."""
 
     def __init__(self, ns: str = "", synchronous: bool = True, *, world: World | None = None) -> None:
-        """Select a world; other arguments are as in MoveIt: edits are always synchronous.
-
-        Args:
-            world: The world; the world of the enclosing `with` block when None.
-        """
+        """Select a world, by default that of the enclosing `with` block; edits are always synchronous."""
         self._world = world_or_current(world)
 
     def add_object(self, collision_object: Any) -> None:
@@ -100,7 +96,7 @@ class PlanningSceneInterface:
         size: Three = (1, 1, 1),
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Attach a mesh file at a PoseStamped, or an existing object if no pose is given."""
+        """Attach a mesh file, or an existing object if no pose is given."""
         made = self.make_mesh(name, pose, filename, size) if pose is not None and filename else name
         self.attach_object(made, link, touch_links)
 
@@ -112,7 +108,7 @@ class PlanningSceneInterface:
         size: Three = (1, 1, 1),
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Attach a box at a PoseStamped, or an existing object if no pose is given."""
+        """Attach a shape [m], or an existing object if no pose is given."""
         self.attach_object(name if pose is None else self.make_box(name, pose, size), link, touch_links)
 
     def attach_sphere(
@@ -123,7 +119,7 @@ class PlanningSceneInterface:
         radius: float = 1,
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Attach a sphere at a PoseStamped, or an existing object if no pose is given."""
+        """Attach a shape [m], or an existing object if no pose is given."""
         self.attach_object(name if pose is None else self.make_sphere(name, pose, radius), link, touch_links)
 
     def attach_cylinder(
@@ -135,7 +131,7 @@ class PlanningSceneInterface:
         radius: float = 1,
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Attach a cylinder at a PoseStamped, or an existing object if no pose is given."""
+        """Attach a shape [m], or an existing object if no pose is given."""
         made = name if pose is None else self.make_cylinder(name, pose, height, radius)
         self.attach_object(made, link, touch_links)
 

@@ -64,12 +64,10 @@ class Joint:
     """A joint of a robot."""
 
     def __init__(self, robot: "RobotCommander", name: str) -> None:
-        """Select a joint; called by `RobotCommander.get_joint`."""
         self._robot = robot
         self._name = name
 
     def name(self) -> str:
-        """Return its name."""
         return self._name
 
     def variable_count(self) -> int:
@@ -85,11 +83,9 @@ class Joint:
         return [float(robot.limits.lower[place]), float(robot.limits.upper[place])]
 
     def min_bound(self) -> float | list[float]:
-        """Return its lower limit [rad | m]; empty for a fixed joint."""
         return self.bounds()[0] if self.variable_count() else []
 
     def max_bound(self) -> float | list[float]:
-        """Return its upper limit [rad | m]; empty for a fixed joint."""
         return self.bounds()[1] if self.variable_count() else []
 
     def value(self) -> float | list[float]:
@@ -112,16 +108,13 @@ class Link:
     """A link of a robot."""
 
     def __init__(self, robot: "RobotCommander", name: str) -> None:
-        """Select a link; called by `RobotCommander.get_link`."""
         self._robot = robot
         self._name = name
 
     def name(self) -> str:
-        """Return its name."""
         return self._name
 
     def pose(self) -> msg.PoseStamped:
-        """Return the current pose, in the planning frame."""
         world = self._robot.world
         return stamped(
             world.scene.placement_of(self._name, world.positions), self._robot.get_planning_frame()
@@ -145,16 +138,12 @@ class RobotCommander:
     def __init__(
         self, robot_description: str = "robot_description", ns: str = "", *, world: World | None = None
     ) -> None:
-        """Select a world; other arguments are as in MoveIt, and ignored.
-
-        Args:
-            world: The world; the world of the enclosing `with` block when None.
-        """
+        """Select a world, by default that of the enclosing `with` block."""
         self.world = world_or_current(world)
         self._groups: dict[str, MoveGroupCommander] = {}
 
     def get_planning_frame(self) -> str:
-        """Return the frame that planning is done in: the root link."""
+        """Return the root link."""
         return self.get_root_link()
 
     def get_robot_markers(self, *args: Any) -> msg.MarkerArray:
@@ -180,7 +169,7 @@ class RobotCommander:
         return self.world.robot.links[0]
 
     def get_active_joint_names(self, group: str | None = None) -> list[str]:
-        """Return the names of the joints that are driven: of a group, or of the robot."""
+        """Return the names of the driven joints of a group or the robot."""
         robot = self.world.robot
         if group is not None:
             return list(self.world.group(group).joints)
@@ -192,7 +181,7 @@ class RobotCommander:
         return joint_names(robot, None if group is None else self.world.group(group))
 
     def get_link_names(self, group: str | None = None) -> list[str]:
-        """Return the names of the links: of a group, or of the robot."""
+        """Return the names of the links of a group or the robot."""
         robot = self.world.robot
         return link_names(robot, None if group is None else self.world.group(group))
 

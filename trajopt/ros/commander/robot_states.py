@@ -44,7 +44,6 @@ def joint_names(robot: Robot, group: Group | None = None) -> list[str]:
 
 
 def link_names(robot: Robot, group: Group | None = None) -> list[str]:
-    """Return the names of the links of the robot, or of a group with the links that it moves."""
     if group is None:
         return list(robot.links)
     below = {link: joint_above(robot.model, link) for link in robot.links}

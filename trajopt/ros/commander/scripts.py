@@ -70,7 +70,6 @@ class Answering(io.TextIOBase):
     """
 
     def __init__(self, source: TextIO | None = None) -> None:
-        """Select the source of answers; none when None."""
         self._source = source
 
     def readable(self) -> bool:
@@ -85,7 +84,6 @@ class Answering(io.TextIOBase):
         return line or "\n"
 
     def read(self, size: int | None = -1, /) -> str:
-        """Return the rest of the source."""
         return "" if self._source is None else self._source.read(-1 if size is None else size)
 
     def __next__(self) -> str:  # type: ignore[override]
@@ -150,7 +148,6 @@ class StandIn(ModuleType):
     """A module under its ROS name, with the contents of its stand-in."""
 
     def __init__(self, name: str, source: ModuleType) -> None:
-        """Copy the public names of the stand-in, except its imports from elsewhere."""
         super().__init__(name, source.__doc__)
         self.__path__ = []
         for key, value in vars(source).items():
@@ -159,11 +156,7 @@ class StandIn(ModuleType):
                 setattr(self, key, value)
 
     def __getattr__(self, name: str) -> object:
-        """Refuse a name without a stand-in.
-
-        Raises:
-            NoStandIn: Always, except for special names of Python.
-        """
+        """Refuse a name without a stand-in."""
         if name.startswith("__"):
             raise AttributeError(name)
         raise NoStandIn(missing(self, name))

@@ -25,12 +25,7 @@ SILENCE = 600.0
 
 @dataclass(eq=False)
 class _Motion:
-    """A motion in progress, and the server's answer at its end.
-
-    Attributes:
-        begun: Set once the robot moves, or will not move.
-        error: Error message, if there is no answer.
-    """
+    """A motion in progress: `begun` is set once the robot moves, or will not move."""
 
     begun: Event = field(default_factory=Event)
     thread: Thread | None = None
@@ -72,17 +67,11 @@ class ServerBackend:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is in progress."""
         motion = self._motion
         return motion is not None and motion.thread is not None and motion.thread.is_alive()
 
     @property
     def executor(self) -> Executor:
-        """Raise an exception: the executor belongs to the server.
-
-        Raises:
-            MoveItCommanderException: Always.
-        """
         raise MoveItCommanderException("the server drives the robot; there is no executor in this process")
 
     @property
@@ -164,7 +153,6 @@ class ServerBackend:
         return None if taken is None else StopTaken(**taken)
 
     def close(self) -> None:
-        """End the session, and the connection."""
         try:
             self._session.close()
         finally:

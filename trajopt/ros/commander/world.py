@@ -132,7 +132,6 @@ class ScriptNode:
             self.hooks.pop(0)()
 
     def has(self, name: str) -> bool:
-        """Return whether a parameter of that name exists."""
         key = name.removeprefix("/")
         return key in self.parameters or key in OF_THE_ROBOT
 
@@ -235,7 +234,6 @@ class World:
             self._scene = scene
 
     def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """Call a function of `trajopt.server.move_group.functions`, here or in a server."""
         return self._backend.ask(function, *args, **kwargs)
 
     def group(self, name: str) -> Group:
@@ -257,7 +255,6 @@ class World:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is in progress."""
         return self._backend.moving
 
     @property
@@ -296,12 +293,10 @@ class World:
         return outcome
 
     def _begun(self, execution: Execution, *, paced: bool) -> ExecutionOutcome | None:
-        """Start a motion; return the reason if it cannot start."""
         refused = self._backend.begin(execution, paced=paced)
         return not_executed(refused) if refused else None
 
     def stop(self) -> None:
-        """Bring the robot to rest as soon as is proven to be clear of everything, and return when it is."""
         execution = self._execution
         if execution is None:
             return
@@ -345,11 +340,6 @@ class World:
 def _here(
     robot: str | Robot, scene: Scene | None, executor: Executor | None, wait: Callable[[float], object]
 ) -> Backend:
-    """Return a backend in this process.
-
-    Raises:
-        ModelError: If the scene has another robot.
-    """
     if robot == "":
         raise ModelError("which robot? Give one, the name of an installed one, or the url= of a server")
     loaded = load(robot) if isinstance(robot, str) else robot
@@ -378,7 +368,6 @@ def _served(
 
 
 def group_named(robot: Robot, name: str) -> Group:
-    """Return a group by its name; the robot's name as a prefix is optional (`hand`, `panda_hand`)."""
     prefix = f"{robot.name}_"
     alike = (one_of("group", name, str), f"{prefix}{name}", name.removeprefix(prefix))
     return robot.group(next((each for each in alike if each in robot.groups), name))

@@ -83,17 +83,11 @@ ACTIONS: Mapping[str, ActionServer] = {
 
 
 def same_type(named: str | None, kind: str) -> bool:
-    """Return whether a client's type matches; ROS 1 adds Action to an action's type."""
     return not named or plain_name(named).removesuffix("Action") == kind
 
 
 class GoalOutcome(Enum):
-    """How a goal ended.
-
-    Attributes:
-        ros1: Number of the status in ROS 1.
-        ros2: Number of the status in ROS 2.
-    """
+    """A final status of a goal, as numbered in ROS 1 and in ROS 2."""
 
     SUCCEEDED = (3, 4)
     CANCELLED = (2, 5)
@@ -153,7 +147,6 @@ class ActionGoal:
         self.cancellation()
 
     async def run(self, cell: Cell) -> tuple[GoalOutcome, dict[str, Any]]:
-        """Do it; return how it ended, and the result as plain data."""
         if self.server.operation:
             result = msgspec.json.decode(await self._driven(cell, self.server.operation, self.message))
         else:
@@ -227,7 +220,6 @@ class OldActions:
     """The topics of all actions."""
 
     def __init__(self, topics: Topics, cell: Cell) -> None:
-        """Announce the status, feedback and result topics, and expect goals and cancellations."""
         self._topics, self._cell, self._numbers = topics, cell, count(1)
         self._goals: dict[str, dict[str, tuple[msg.GoalStatus, ActionGoal]]] = {name: {} for name in ACTIONS}
         self._over: dict[str, float] = {}

@@ -124,7 +124,6 @@ class Bridge:
             self.look()
 
     async def tell(self) -> None:
-        """Publish the robot's state, the goal statuses and each changed scene, until cancelled."""
         while True:
             self._look.clear()
             self._actions.tell()
@@ -172,5 +171,4 @@ def _planners() -> msg.QueryPlannerInterfacesResponse:
 
 
 def _seconds(timeout: float | None) -> float | None:
-    """Return the timeout of a call; None, the server's default, if it is not positive."""
     return timeout if timeout is not None and timeout > 0.0 else None

@@ -27,11 +27,7 @@ class Cell:
     """
 
     def __init__(self, service: Service, robot: str = "") -> None:
-        """Open a persistent session, or resume the one from before a restart.
-
-        Args:
-            robot: Name of the robot; the first one if empty.
-        """
+        """Open a persistent session of a robot, or resume the one from before a restart."""
         self.service, self.session = service, service.create(robot, face=FACE)
 
     @property

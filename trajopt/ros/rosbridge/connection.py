@@ -35,9 +35,7 @@ NOT_HERE = {
 class Socket(Protocol):
     """Transport of messages."""
 
-    async def send(self, message: str) -> None:
-        """Send a message."""
-        ...
+    async def send(self, message: str) -> None: ...
 
 
 class ClientConnection:
@@ -93,7 +91,6 @@ class ClientConnection:
             await self._say("error", str(error), name)
 
     async def leave(self) -> None:
-        """Remove the client: stop its motions, and end its topics and subscriptions."""
         self.bridge.leave(self)
         for goal in self._goals.values():
             goal.cancel()
@@ -102,7 +99,6 @@ class ClientConnection:
         await asyncio.gather(*self._tasks, return_exceptions=True)
 
     async def call(self, message: bytes) -> None:
-        """Send a message that must arrive."""
         await self._out.put((message,))
 
     async def _do(self, incoming: Incoming) -> None:

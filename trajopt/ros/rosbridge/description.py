@@ -111,7 +111,6 @@ def _semantics(robot: Robot) -> str:
 
 
 def _packages(text: str, names: MeshNames) -> dict[str, Path]:
-    """Return the folder of each package with meshes of a description."""
     folders: dict[str, Path] = {}
     for relative in dict.fromkeys(PACKAGE_NAME.findall(text)):
         package, _, inner = relative.partition("/")

@@ -64,7 +64,6 @@ class MeshFiles:
         self._description, self._options = description, options
 
     async def answer(self, connection: ServerConnection, request: Request) -> Response:
-        """Answer a request."""
         not_admitted = admission_error(self._options, request.headers)
         if not_admitted is not None:
             return not_admitted

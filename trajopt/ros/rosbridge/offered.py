@@ -31,11 +31,6 @@ class Offers:
     """Names that clients offer, with the client and the type of each."""
 
     def __init__(self, what: str) -> None:
-        """Start without names.
-
-        Args:
-            what: "service" or "action".
-        """
         self._what = what
         self._offers: dict[str, tuple[Provider, str]] = {}
         self._numbers = count(1)

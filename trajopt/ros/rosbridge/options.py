@@ -66,12 +66,6 @@ class RosbridgeOptions(Value):
     head: float = 10.0
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            ShapeError: If a port is negative, or no connection is allowed.
-            ProblemError: If a topic name is invalid.
-        """
         strange = [topic for topic in self.clouds if not topic.startswith("/")]
         if strange:
             raise ProblemError(f"clouds: a topic begins with /, as /{strange[0]} does")
@@ -107,7 +101,6 @@ class RosbridgeOptions(Value):
 
 
 def _name_in(address: str) -> str:
-    """Return the name of the host in an address; empty if it is not an address."""
     try:
         return urlsplit(address).hostname or ""
     except ValueError:

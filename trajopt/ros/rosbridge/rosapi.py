@@ -164,7 +164,6 @@ def _text(asked: Mapping[str, Any], key: str) -> str:
 
 
 def _parameter(asked: Mapping[str, Any]) -> str:
-    """Return the full name of a parameter; ROS 2 writes "node:name"."""
     name = _text(asked, "name").rpartition(":")[2]
     return name if name.startswith("/") else f"/{name}"
 

@@ -79,11 +79,6 @@ class Topics:
         return self._all[name].kind if name in self._all else ""
 
     def announce(self, name: str, kind: str, latched: object = None) -> None:
-        """Add a topic that the server publishes.
-
-        Args:
-            latched: A first message, sent to later subscribers.
-        """
         topic = self._topic(name, kind)
         topic.ours = True
         if latched is not None:
@@ -140,7 +135,6 @@ class Topics:
             self._forget(name)
 
     async def publish(self, client: TopicClient, name: str, message: msgspec.Raw, *, latch: bool) -> str:
-        """Pass on a client's message; return the topic's type."""
         topic = self._publisher(client, name, "")
         if not topic.kind:
             raise Unusable(f"the type of {name} is unknown: advertise it first")

@@ -131,7 +131,6 @@ class Fragments:
     """Fragments of incomplete messages of a client."""
 
     def __init__(self, largest: int) -> None:
-        """Limit their total size [bytes]."""
         self._largest, self._size = largest, 0
         self._parts: dict[str | int | None, _Parts] = {}
 

@@ -42,7 +42,6 @@ ALIVE = 15.0
 """Period of keep-alive messages, which reveal a lost client [s]."""
 _ENCODER = msgspec.json.Encoder()
 Asking = Callable[[Listener | None], Awaitable[Reply]]
-"""Calls the service, with a listener for the progress."""
 
 
 def json_bytes(document: object) -> bytes:
@@ -68,7 +67,6 @@ def refusal_of(error: TrajoptError) -> RequestRefused:
 
 
 async def body_of(request: Request, most: int, seconds: float) -> bytes:
-    """Return the body of a request."""
     too_large = RequestRefused(Why.TOO_LARGE, f"a request has {most} bytes at most")
     stated = request.headers.get("content-length", "0")
     if not stated.isdigit():
@@ -91,11 +89,7 @@ async def body_of(request: Request, most: int, seconds: float) -> bytes:
 
 
 async def answered(request: Request, ask: Asking) -> Response:
-    """Call the service, and return the answer; a lost client cancels the request.
-
-    Args:
-        request: With `Accept: text/event-stream`, progress and answer are sent as events.
-    """
+    """Call the service, and return the answer; a lost client cancels the request."""
     if EVENTS in request.headers.get("accept", ""):
         return streamed(ask)
     task = asyncio.ensure_future(ask(None))
@@ -156,7 +150,6 @@ def event(name: str, body: bytes) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """Return numbers that JSON cannot hold as null: limits of joints may be infinite."""
     if isinstance(value, float) and value in (float("inf"), float("-inf")):
         return None
     return value
@@ -198,7 +191,6 @@ LOCAL_NAMES = ("localhost", "127.0.0.1", "[::1]")
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether an address is reachable from this machine only."""
     try:
         return ip_address(host).is_loopback
     except ValueError:
@@ -215,7 +207,6 @@ class HttpOptions(Value):
         port: Port; 0 for any free one.
         token: Required as `Authorization: Bearer TOKEN`; may be empty only on a loopback address.
         names: Accepted host names, in addition to the host.
-        connections: Largest number of simultaneous connections.
         head: Time-out of a request's head after the connection [s].
         transfer: Time-out of a request's body, and of taking an answer [s].
     """
@@ -229,11 +220,6 @@ class HttpOptions(Value):
     transfer: float = 30.0
 
     def __post_init__(self) -> None:
-        """Refuse options that would admit every client.
-
-        Raises:
-            ProblemError: If other machines could connect without a token, or the token is short.
-        """
         if not self.token and not is_loopback(self.host):
             raise ProblemError(
                 f"on {self.host} other machines can connect: give a token, or listen on 127.0.0.1"
@@ -264,11 +250,6 @@ class RequestGuard:
     """
 
     def __init__(self, app: ASGIApp, options: HttpOptions, attached: frozenset[str]) -> None:
-        """Guard an application.
-
-        Args:
-            attached: Operations whose body is bytes instead of JSON.
-        """
         self._app, self._options, self._attached = app, options, attached
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -313,18 +294,9 @@ AGAIN = 1.0
 
 
 class Intake:
-    """Counts the bytes of bodies until their requests are answered.
-
-    Raises:
-        RequestRefused: If a body exceeds the remaining memory.
-    """
+    """Counts the bytes of bodies until their requests are answered; refuses those beyond the memory."""
 
     def __init__(self, app: ASGIApp, most: int) -> None:
-        """Count the bytes read by an application.
-
-        Args:
-            most: Largest total size [bytes].
-        """
         self._app, self._most, self._held = app, most, 0
 
     @property
@@ -332,7 +304,6 @@ class Intake:
         return self._held
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on."""
         mine = 0
 
         async def received() -> Message:

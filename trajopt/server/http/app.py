@@ -82,7 +82,6 @@ NUMBERS: Mapping[str, tuple[str, Callable[[WorkerPool], int]]] = {
     "restarts": ("Workers started in place of others", lambda pool: pool.restarts),
     "memory_bytes": ("Memory of workers", lambda pool: sum(memory_used(pid) for pid in pool.pids)),
 }
-"""Gauges of the workers of each lane."""
 
 
 class ServiceState(Collector):
@@ -169,7 +168,6 @@ class Face:
             self.app.add_api_route(path, partial(_page, file), include_in_schema=False)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request."""
         operation, session = worker_request(scope)
         if operation not in self._described:
             await self.app(scope, receive, send)
@@ -193,7 +191,6 @@ class Face:
         *,
         body: str = "",
     ) -> None:
-        """Add a route, described for OpenAPI."""
         extra: Body = {}
         if "{session}" in path:
             extra["parameters"] = [_path_parameter(name) for name in path.split("{")[1:]]
@@ -329,12 +326,7 @@ class Face:
 def http_app(
     service: Service, options: HttpOptions = DEFAULT, metrics: Metrics | None = None
 ) -> RequestGuard:
-    """Return the application of a service.
-
-    Args:
-        options: Access control.
-        metrics: Content of `/metrics`.
-    """
+    """Return the application of a service."""
     attached = frozenset(name for name, each in service.operations.items() if each.attached)
     return RequestGuard(Intake(Face(service, options, metrics), service.limits.bodies), options, attached)
 

@@ -31,9 +31,7 @@ async def serve_http(
     """Serve until cancelled or stopped.
 
     Args:
-        service: Started.
         ready: Called with the port once it listens.
-        stop: Set to end.
 
     Raises:
         OSError: If it cannot listen there.
@@ -106,11 +104,6 @@ class Connections:
         return len(self._open)
 
     def connected(self, protocol: asyncio.Protocol) -> asyncio.Protocol:
-        """Wrap a protocol, to cut off slow clients.
-
-        Args:
-            protocol: Implements HTTP on one connection.
-        """
         return Connection(protocol, self._open, self._options)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -139,7 +132,6 @@ class Connection(asyncio.Protocol):
     def __init__(
         self, inner: asyncio.Protocol, connections: dict[object, "Connection"], options: HttpOptions
     ) -> None:
-        """Store the protocol, and the open connections by client address."""
         self._inner, self._connections, self._options = inner, connections, options
         self._loop = asyncio.get_running_loop()
         self._head: asyncio.TimerHandle | None = None

@@ -61,13 +61,6 @@ class MotionDriver:
     def __init__(
         self, robot: Robot, executor: Executor, positions: Floats, wait: Callable[[float], object]
     ) -> None:
-        """Take over a robot at rest.
-
-        Args:
-            positions: Of all joints, shape (number of joints,) [rad | m], for those that the executor does
-                not drive.
-            wait: Waits for a number of seconds.
-        """
         for name in executor.joint_names:
             if name not in robot.joint_names:
                 raise JointNotFound("joint", name, robot.joint_names)
@@ -79,7 +72,6 @@ class MotionDriver:
 
     @property
     def positions(self) -> Floats:
-        """Present positions of all joints, shape (number of joints,) [rad | m]."""
         return self._all(self.executor.state().positions)
 
     @property
@@ -88,12 +80,7 @@ class MotionDriver:
         return self._motion is not None and executor.now() < self._committed.end and not executor.fault()
 
     def start(self, reduced: ReducedModel, trajectory: Trajectory) -> str:
-        """Start to drive a motion; return immediately, with the reason why it is not driven, or "".
-
-        Args:
-            reduced: The robot in its scene, the group's joints free.
-            trajectory: Of the group's joints.
-        """
+        """Start to drive a motion; return immediately, with the reason why it is not driven, or ""."""
         executor = self.executor
         if fault := executor.fault():
             return f"the robot has a fault: {fault}; world.executor.clear_fault() lets it go on"
@@ -118,7 +105,6 @@ class MotionDriver:
         return refused
 
     def wait(self) -> str:
-        """Wait until the motion has ended and the robot is at rest; return faults in words."""
         executor = self.executor
         while self.moving:
             self._wait(max(LOOK, self._committed.end - executor.now()))
@@ -189,11 +175,9 @@ class ScriptClock:
     """The clock of a simulated robot: it advances only while a caller waits."""
 
     def __init__(self) -> None:
-        """Start at 0, paused."""
         self._shown, self._since = 0.0, inf
 
     def __call__(self) -> float:
-        """Return the time [s]."""
         return self._shown + max(time.monotonic() - self._since, 0.0)
 
     def run(self) -> None:
@@ -203,7 +187,6 @@ class ScriptClock:
         self._shown, self._since = self(), inf
 
     def skip(self, seconds: float) -> None:
-        """Be put forward [s]."""
         self._shown += seconds
 
 
@@ -262,13 +245,6 @@ class InProcess:
     def __init__(
         self, scene: Scene, start: Floats, executor: Executor | None, wait: Callable[[float], object]
     ) -> None:
-        """Take over a robot at rest in a scene.
-
-        Args:
-            start: Positions of all joints, shape (number of joints,) [rad | m].
-            executor: Its driver; by default a simulated robot whose clock advances only while it moves.
-            wait: Waits for a number of seconds on the executor's clock.
-        """
         self.robot: Robot = scene.robot
         self.scene, self._start = scene, start
         self._clock: ScriptClock | None = None
@@ -290,7 +266,6 @@ class InProcess:
         return self._driving().executor
 
     def stand(self, positions: Floats) -> None:
-        """Put the simulated robot somewhere, shape (number of joints,) [rad | m]."""
         self._start = positions
 
     def take(self, scene: Scene) -> None:

@@ -46,10 +46,8 @@ class Settings:
         position_tolerance: Of a pose, along each of its axes [m]; inf frees an axis.
         orientation_tolerance: Of a pose, about each of its axes [rad].
         planning_time: Time limit [s].
-        attempts: Number of plans, of which the one of least duration is returned.
-        planner: One of `PLANNERS`.
-        velocity_scaling: Factor in (0, 1] on the velocity limits.
-        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        acceleration_scaling: Factor in (0, 1] on the acceleration limits, as `velocity_scaling` on those of
+            velocity.
         tool_speed: Largest speed of a link; None for no limit.
         workspace: Smallest and largest corner of a box: x, y, z of each [m].
         replanning: Whether `go` plans again after a change of the scene.
@@ -104,12 +102,7 @@ SAME = 1e-6
 def solved(
     problem: Problem, settings: Settings, *, budget: Budget = NO_BOUNDS, cancel: Event | None = None
 ) -> Result:
-    """Plan with a script's settings: of several attempts within the time, the motion of least duration.
-
-    Args:
-        budget: Time limit, overriding the settings.
-        cancel: Set it from another thread to stop.
-    """
+    """Plan with a script's settings: of several attempts within the time, the motion of least duration."""
     until = time.monotonic() + min(settings.planning_time, inf if budget.seconds is None else budget.seconds)
     results = list[Result]()
     for attempt in range(settings.attempts):
@@ -150,9 +143,7 @@ def followed_through(
 
     Args:
         poses: Of the link in the world.
-        start: Positions of all joints at the start [rad | m].
         constraints: Path constraints: the motion ends before one is violated.
-        cancel: Set it from another thread to stop.
     """
     stops = [scene.placement_of(link, start)]
     for pose in poses:
@@ -195,13 +186,10 @@ def picked(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> PickPlaceResult:
-    """Plan to pick up an object and lift it.
+    """Plan to pick up an object and lift it; the grasps are in order of preference.
 
     Args:
-        start: Positions of all joints at the start [rad | m].
-        grasps: In order of preference.
         constraints: Path constraints while the object is in the hand.
-        cancel: Set it from another thread to stop.
     """
     return grasping.pick(
         scene,
@@ -229,13 +217,10 @@ def put_down(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> PickPlaceResult:
-    """Plan to place an object that is in the hand.
+    """Plan to place an object that is in the hand; the places are in order of preference.
 
     Args:
-        start: Positions of all joints at the start [rad | m].
-        places: In order of preference.
         constraints: Path constraints until the object is placed.
-        cancel: Set it from another thread to stop.
     """
     return grasping.place(
         scene,
@@ -271,11 +256,7 @@ HALVINGS = 6
 def as_far_as_kept(
     followed: Followed, constraints: Sequence[Requirement], until: Callable[[float], Followed]
 ) -> Followed:
-    """Return the longest motion found along a line that satisfies path constraints.
-
-    Args:
-        until: Follows the line up to a length [m].
-    """
+    """Return the longest motion found along a line that satisfies path constraints."""
     if not constraints or not followed.verified:
         return followed
     best, refused = None, _judged(followed, constraints)

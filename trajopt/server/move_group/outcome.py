@@ -168,12 +168,7 @@ class Execution:
     def measured(
         self, positions: Floats, remark: str = "", *, stop: StopTaken | None = None
     ) -> ExecutionOutcome:
-        """Compare the robot's positions [rad | m] with the end of the trajectory.
-
-        Args:
-            remark: Faults during the motion.
-            stop: The stop that ended the motion early.
-        """
+        """Compare the robot's positions [rad | m] with the end of the trajectory."""
         scene = self.reduced.scene
         wanted = self.reduced.all_positions(self.trajectory(self.trajectory.duration))
         group = scene.robot.index(self.reduced.joint_names)

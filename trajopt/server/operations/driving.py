@@ -23,7 +23,6 @@ class SupervisedRun:
     """The simulated robot of a session, on its way to a goal."""
 
     def __init__(self, state: SessionState, problem: Problem, watch: Watch, speed: float) -> None:
-        """Place the robot at the start of the problem, and set the goal."""
         self._state, self._watch, self._speed = at_start(state, problem), watch, speed
         self._arm = SimulatedExecutor(problem.scene, problem.start_positions)
         self._supervisor = Supervisor(self._arm, problem)
@@ -130,9 +129,7 @@ class Driven(Value):
     """Outcome of driving a robot.
 
     Attributes:
-        positions: Final positions of all its joints [rad | m].
         reason: The reason why it was not driven; empty if it was.
-        remark: Faults during the motion; empty without any.
         stop: The stop that ended the motion early, or None.
     """
 

@@ -44,12 +44,7 @@ def plan(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def answer_of(result: Result, notes: tuple[str, ...] = (), *, certificate: bool = False) -> dict[str, object]:
-    """Return a result as plain data.
-
-    Args:
-        notes: Notes on the interpretation of the request.
-        certificate: Whether to include the judge's measurements.
-    """
+    """Return a result as plain data."""
     shown = result if certificate else replace(result, judged=None)
     return {**shown.as_dict(), "notes": [*notes, *result.remarks]}
 

@@ -147,7 +147,6 @@ def _once(state: SessionState, edit: str, node: Node) -> SessionState:
 
 
 def stand(state: SessionState, node: Node) -> SessionState:
-    """Return the session's content with the robot at other positions: see `STAND`."""
     where: Any = value_of(node)
     robot = state.scene.robot
     if isinstance(where, tuple):
@@ -157,10 +156,6 @@ def stand(state: SessionState, node: Node) -> SessionState:
 
 
 def scene_of_message(state: SessionState, message: Node) -> tuple[SessionState, tuple[str, ...]]:
-    """Return the session's content after a `moveit_msgs/PlanningScene`, and notes on its interpretation.
-
-    The message replaces the scene unless it `is_diff`.
-    """
     robot, notes = state.scene.robot, list[str]()
     told = read_joint_positions(message["robot_state"], robot, notes)
     positions = layered_positions(robot, state.named_positions, told)
@@ -207,7 +202,6 @@ def cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def points_in(data: bytes, most: int) -> Floats:
-    """Return the points of float32 numbers or numpy's .npy, not all of them finite, shape (n, 3) [m]."""
     found = _of_numpy(data) if data.startswith(MAGIC) else _of_numbers(data)
     if len(found) > most:
         raise RequestRefused(Why.TOO_LARGE, f"a cloud has {most} points at most, not {len(found)}")
@@ -224,7 +218,6 @@ def _of_numbers(data: bytes) -> Any:
 
 
 def _of_numpy(data: bytes) -> Any:
-    """Read an .npy by its header, which is checked against the data."""
     stream, layout = io.BytesIO(data), cast("Any", np.lib.format)
     try:
         version = layout.read_magic(stream)

@@ -22,7 +22,6 @@ class Forked(ABC):
     """Something that is closed before its process forks."""
 
     def __init__(self) -> None:
-        """Be closed before each fork from now on."""
         self.lock = RLock()
         _FORKS.known.add(self)
 
@@ -93,7 +92,6 @@ class Database(Forked):
     """
 
     def __init__(self, path: Path, *, create: bool) -> None:
-        """Open the file; create it if it does not exist and this is allowed."""
         self.path, self._depth = path, 0
         self._connection: sqlite3.Connection | None = None
         super().__init__()
@@ -110,25 +108,21 @@ class Database(Forked):
         return FileFormatError(str(self.path), reason)
 
     def close(self) -> None:
-        """Close the file; it opens again when it is used again."""
         with self.lock:
             self.disconnect()
 
     def disconnect(self) -> None:
-        """Close the connection, unless a transaction of this very thread is under way; the lock is held."""
         if self._connection is not None and not self._depth:
             self._connection.close()
             self._connection = None
 
     @contextmanager
     def reading(self) -> Generator[sqlite3.Connection]:
-        """Yield the connection, with a consistent snapshot for the block."""
         with self._transaction("BEGIN") as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Generator[sqlite3.Connection]:
-        """Yield the connection in a transaction, which is committed as a whole or rolled back."""
         with self._transaction("BEGIN IMMEDIATE") as connection:
             yield connection
 
@@ -154,7 +148,6 @@ class Database(Forked):
 
     @contextmanager
     def _translated(self) -> Generator[None]:
-        """Turn errors of SQLite into ours."""
         try:
             yield
         except UnicodeEncodeError as error:
@@ -196,7 +189,6 @@ class Database(Forked):
         return connection
 
     def _prepared(self, connection: sqlite3.Connection, *, create: bool) -> None:
-        """Check the file, create the tables of a new one, and configure it."""
         connection.execute("PRAGMA trusted_schema = OFF")  # a file from a stranger may have views of its own
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA synchronous = FULL")
@@ -220,7 +212,6 @@ class Database(Forked):
         _in_log(connection)
 
     def _is_warehouse(self, connection: sqlite3.Connection) -> bool:
-        """Return whether it is a warehouse; False for an empty file."""
         found = _tables(connection)
         application = connection.execute("PRAGMA application_id").fetchone()[0]
         version = connection.execute("PRAGMA user_version").fetchone()[0]

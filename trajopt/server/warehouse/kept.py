@@ -36,22 +36,12 @@ class StoredState(Value):
     """Named positions of a robot's joints, like a named state of MoveIt.
 
     `Problem` accepts `positions` as its start or goal.
-
-    Attributes:
-        positions: Positions by joint [rad | m].
     """
 
     robot: str
     positions: Mapping[str, float]
 
     def __post_init__(self) -> None:
-        """Check names and numbers.
-
-        Raises:
-            ProblemError: If they are missing.
-            ModelError: If a name has a lone surrogate.
-            ShapeError: If a position is not a finite number.
-        """
         one_of("robot", self.robot, str)
         positions = mapping("positions", self.positions)
         several("joints of positions", positions, str)
@@ -75,11 +65,6 @@ class Constraints(Value):
     group: str = ""
 
     def __post_init__(self) -> None:
-        """Check the kinds.
-
-        Raises:
-            ProblemError: If one is not a requirement.
-        """
         object.__setattr__(self, "requirements", several("requirements", self.requirements, Requirement))
 
 
@@ -91,9 +76,6 @@ class Entry(Value):
         version: 1 for the first value of that name, then 2, ...; numbers are not reused.
         made: Time of storage (UTC, ISO 8601).
         goal: The goal in words; empty without one.
-        status: Status of planning ("SOLVED"); empty if not planned.
-        duration: Of the motion [s]; None without one.
-        tags: Its tags, sorted.
         fingerprint: Equal for equal content, in hexadecimal digits.
     """
 
@@ -153,7 +135,6 @@ class Described:
     Attributes:
         scene: Fingerprint of its scene, in hexadecimal digits; empty without one.
         ends: Final or goal positions of the joints that it determines [rad | m].
-        duration: Of the motion [s].
     """
 
     kind: EntryKind

@@ -39,7 +39,6 @@ class Conditions:
 
     Attributes:
         goal: Words of their goal; or joints with the final positions of their motion [rad | m].
-        within: Tolerance of these positions [rad | m].
         scene: Name of a stored scene, any version of which they use.
         newest: Whether only the last version of each name counts.
     """
@@ -79,7 +78,6 @@ class Conditions:
         )
 
     def _conditions(self, connection: sqlite3.Connection) -> Iterator[tuple[str, Sequence[object]]]:
-        """Yield conditions, each with the values in it."""
         same = {"kind": self.kind and self.kind.name, "name": self.name, "robot": self.robot}
         yield from ((f"{column} = ?", (value,)) for column, value in same.items() if value)
         if isinstance(self.goal, str):
@@ -211,11 +209,7 @@ def keep(
     note: str,
     made: str = "",
 ) -> Entry:
-    """Write an entry with its members, in one transaction.
-
-    Args:
-        made: Time of storage; now if empty.
-    """
+    """Write an entry with its members, in one transaction."""
     _check_word("name", name)
     marked, mark = checked_tags(tags), _fingerprint(members)
     packed = packed_for(database, members)
@@ -290,7 +284,6 @@ class StoredMembers(Members):
         return tuple(self._digests)
 
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return the content of a member; see `Members.read`."""
         if name not in self._digests:
             raise self.error(f"has no member {shown(name)}")
         key, size = self._digests[name]

@@ -58,7 +58,6 @@ class Warehouse:
 
         Args:
             path: The file, on a local disk: SQLite's locks do not work across a network.
-            create: Whether a missing file is created.
 
         Raises:
             FileFormatError: If it cannot be opened, is not a warehouse, or is newer than this trajopt.
@@ -73,7 +72,6 @@ class Warehouse:
         self.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Another process opens the same file."""
         return Warehouse, (self.path,)
 
     def __repr__(self) -> str:
@@ -146,7 +144,7 @@ class Warehouse:
         solved: bool | None = None,
         newest: bool = False,
     ) -> tuple[Entry, ...]:
-        """Return entries, the latest first; all without conditions.
+        """Return entries that meet all conditions, the latest first.
 
         Args:
             goal: With these words in the goal; or joints and final positions of the motion, goal or
@@ -154,11 +152,7 @@ class Warehouse:
             within: Tolerance of these positions [rad | m].
             scene: In the stored scene of this name, in any of its versions.
             text: With all these words in the description: names, objects, requirements, reasons, notes.
-            tags: With all of these tags.
-            since: Stored then or later.
-            until: Stored before then.
             solved: Whether planning found a motion; unplanned entries match neither value.
-            newest: Whether only the last version of each name is returned.
 
         Raises:
             EntryNotFound: If no scene of that name is stored.
@@ -176,7 +170,6 @@ class Warehouse:
 
         Args:
             kind: May be None if the name is unambiguous.
-            version: The last if None.
 
         Raises:
             EntryNotFound: If there is none.
@@ -205,12 +198,10 @@ class Warehouse:
 
     @checked
     def scene(self, name: str, *, version: int | None = None) -> Scene:
-        """Return a scene, with its robot; see `robot`."""
         return self.load(self.entry(name, kind=EntryKind.SCENE, version=version))
 
     @checked
     def problem(self, name: str, *, version: int | None = None) -> Problem:
-        """Return an unplanned problem; see `robot`. That of a plan is in its bundle."""
         bundle: Bundle = self.load(self.entry(name, kind=EntryKind.PROBLEM, version=version))
         return bundle.problem
 

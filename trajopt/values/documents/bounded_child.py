@@ -8,12 +8,7 @@ import sys
 
 
 def bound(seconds: int, memory: int) -> None:
-    """Limit this process; on Windows, which has no such limits, only the parent's time-out applies.
-
-    Args:
-        seconds: CPU time [s].
-        memory: Address space [bytes].
-    """
+    """Limit the CPU time [s] and the address space [bytes] of this process; does nothing on Windows."""
     try:
         import resource
     except ModuleNotFoundError:

@@ -32,9 +32,7 @@ def answer_of(
     Args:
         script: Writes its answer to standard output and exits with 0, or writes the reason and exits with
             `REFUSED`.
-        environment: Environment variables of the script; those of this process if None.
-        seconds: Largest CPU time [s]; the wall-clock limit is twice that.
-        memory: Largest address space [bytes].
+        environment: Those of this process if None.
 
     Raises:
         ProcessRefused: If the script refuses, exceeds a limit, or crashes.

@@ -55,9 +55,6 @@ class Writer:
     def document(self, value: object, place: str) -> object:
         """Return a value as a document.
 
-        Args:
-            place: Its name in error messages.
-
         Raises:
             ModelError: If it holds an object that is not data, such as a function of the caller's.
         """
@@ -84,11 +81,7 @@ class Writer:
                 return self.instance(value, place)
 
     def instance(self, value: object, place: str) -> object:
-        """Return an instance of a class as a document.
-
-        Raises:
-            ModelError: If its class is not among those that may be written.
-        """
+        """Return an instance of a class as a document."""
         name = self._name(value, place)
         stated = {item.name: getattr(value, item.name) for item in fields(cast("Any", value)) if item.init}
         changed = {key: each for key, each in stated.items() if not _is_default(value, key, each)}
@@ -96,11 +89,7 @@ class Writer:
         return {"kind": name, **{key_of(k): each for k, each in document.items()}}
 
     def array(self, value: NDArray[np.generic], place: str) -> object:
-        """Return an array as a document.
-
-        Raises:
-            ModelError: If a number is not finite, which documents cannot hold.
-        """
+        """Return an array as a document."""
         value = of_known_type(value)
         if not np.isfinite(cast("Any", value)).all():
             raise ModelError(f"{place} has a number that is not finite")
@@ -134,10 +123,8 @@ class Reader:
         """Choose what may be read.
 
         Args:
-            kinds: Classes that may be read.
             check_fields: Raises a typed error for arguments whose check in a constructor would take long.
             check: Raises a typed error for a value that native code would follow out of bounds.
-            forms: Readers of a container's documents, by their key.
         """
         self._kinds, self._check_fields, self._check = kinds, check_fields, check
         self._forms: Mapping[str, Form] = {
@@ -151,11 +138,7 @@ class Reader:
         }
 
     def value(self, node: Node) -> Any:
-        """Return the value that a document states.
-
-        Raises:
-            FileFormatError: If it does not state one.
-        """
+        """Return the value that a document states."""
         value = node.value
         if value is None or isinstance(value, bool | str | int | float):
             return value
@@ -231,11 +214,7 @@ class Reader:
         return float(text)
 
     def array(self, node: Node) -> NDArray[np.generic]:
-        """Return an array, read-only.
-
-        Raises:
-            FileFormatError: If it is not an array.
-        """
+        """Return an array, read-only."""
         node.only(("array", "type"))
         kind = node["type"].text()
         if kind not in TYPES:
@@ -277,7 +256,6 @@ def _needed(item: Field[Any]) -> bool:
 
 
 def _check_members(kind: type[Any], given: Mapping[str, Any]) -> None:
-    """Refuse mappings whose members are not of the classes that their annotations name."""
     hints = _hints(kind)
     for name, value in given.items():
         hint = hints.get(name)

@@ -38,11 +38,7 @@ class Node:
         return Node(self._mapping().get(key), self.path, f"{self.place}.{key}" if self.place else key)
 
     def only(self, fields: Iterable[str]) -> "Node":
-        """Return this mapping after checking that it has no other members than the given ones.
-
-        Raises:
-            FileFormatError: If it has another member, or is not a mapping.
-        """
+        """Return this mapping after checking that it has no other members than the given ones."""
         known = sorted(fields)
         for key in self._mapping():
             if key not in known:
@@ -78,11 +74,7 @@ class Node:
         return {str(key): self[str(key)] for key in self._mapping()}
 
     def text(self, default: str | None = None) -> str:
-        """Return a string; the default, if there is one, if it is missing.
-
-        Raises:
-            FileFormatError: If the value is not text; the message names numbers and truth values of YAML.
-        """
+        """Return a string; the default, if there is one, if it is missing."""
         if self.value is None and default is not None:
             return default
         if not isinstance(self.value, str):
@@ -95,11 +87,7 @@ class Node:
         """Return a number; the default, if there is one, if it is missing.
 
         Args:
-            default: Value of a missing number.
             infinite: Whether infinities are allowed (NaN never is).
-
-        Raises:
-            FileFormatError: If the value is not a number, or not finite.
         """
         value = default if self.value is None else self.value
         result = number_of(value)
@@ -140,32 +128,17 @@ def read_document(path: Path | str) -> Node:
 
 
 def parse_document(text: str, path: Path | str) -> Node:
-    """Parse the text of a file, as `read_document` does.
-
-    Args:
-        path: Its file: JSON if the suffix is .json, YAML otherwise.
-
-    Raises:
-        FileFormatError: If it cannot be parsed, or does not contain exactly one mapping.
-    """
+    """Parse the text of a file, as `read_document` does."""
     return _the_only(text, path, dict, "one mapping (key: value)")
 
 
 def read_list(path: Path | str) -> Node:
-    """Parse a file that contains a list, as `read_document` parses a mapping.
-
-    Raises:
-        FileFormatError: If it is missing, cannot be parsed, or does not contain exactly one list.
-    """
+    """Parse a file that contains a list, as `read_document` parses a mapping."""
     return parse_list(read_text(path), path)
 
 
 def parse_list(text: str, path: Path | str) -> Node:
-    """Parse a text that contains a list, as `parse_document` parses a mapping.
-
-    Raises:
-        FileFormatError: If it cannot be parsed, or does not contain exactly one list.
-    """
+    """Parse a text that contains a list, as `parse_document` parses a mapping."""
     return _the_only(text, path, list, "one list (- item)")
 
 
@@ -179,11 +152,7 @@ def _the_only(text: str, path: Path | str, kind: type[object], words: str) -> No
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a file atomically: a reader finds the old or the new content. Missing folders are created.
-
-    Raises:
-        FileFormatError: If it cannot be written.
-    """
+    """Write a file atomically: a reader finds the old or the new content. Missing folders are created."""
     with written_whole(path) as draft:
         draft.write_text(text, encoding="utf-8")
 
@@ -197,9 +166,6 @@ def write_json(path: Path | str, document: Mapping[str, object], *, indent: int 
 
     Args:
         indent: Spaces for each level; None for one line.
-
-    Raises:
-        FileFormatError: If it contains a value that JSON does not have (such as NaN), or cannot be written.
     """
     _check(document, str(path), "")
     write_text(path, json.dumps(document, indent=indent, allow_nan=False) + "\n")

@@ -33,11 +33,7 @@ def is_file(path: Path) -> bool:
 
 
 def read_bytes(path: Path | str) -> bytes:
-    """Return the content of a file.
-
-    Raises:
-        FileFormatError: If it cannot be read, or is larger than `LARGEST_FILE`.
-    """
+    """Return the content of a file."""
     try:
         with Path(path).open("rb") as file:
             data = file.read(LARGEST_FILE + 1)
@@ -50,11 +46,7 @@ def read_bytes(path: Path | str) -> bytes:
 
 
 def read_text(path: Path | str) -> str:
-    """Return the text of a file without its byte order mark.
-
-    Raises:
-        FileFormatError: If it cannot be read, is too large, or is not UTF-8.
-    """
+    """Return the text of a file without its byte order mark."""
     try:
         return read_bytes(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -72,9 +64,6 @@ def read_json(path: Path | str) -> object:
 
 def parse_json(text: str, path: Path | str) -> object:
     """Parse JSON text.
-
-    Args:
-        path: Its file, or the name used in messages.
 
     Raises:
         FileFormatError: If it cannot be parsed, is nested too deeply, has a key twice in a mapping, or has
@@ -118,11 +107,7 @@ def number_of(value: object) -> float | None:
 
 
 def refuse_deep_nesting(path: Path | str, text: str) -> None:
-    """Check, before parsing, that a text is nested no deeper than `DEEPEST` levels.
-
-    Raises:
-        FileFormatError: If it is.
-    """
+    """Refuse a text, before parsing, that is nested deeper than `DEEPEST` levels."""
     # The C parser of YAML descends by recursion, and ends the process where the stack does.
     depth = 0
     for match in _NESTING.finditer(text):
@@ -141,9 +126,6 @@ def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]
 
     Args:
         durable: Whether the file survives a power failure; takes some milliseconds.
-
-    Raises:
-        FileFormatError: If the file cannot be written.
     """
     try:
         target = Path(path)

@@ -36,14 +36,7 @@ def read_yaml(path: Path | str) -> list[object]:
 
 
 def parse_yaml(text: str, path: Path | str) -> list[object]:
-    """Parse the non-empty documents of a YAML text.
-
-    Args:
-        path: Its file, or the name used in messages.
-
-    Raises:
-        FileFormatError: As for `read_yaml`.
-    """
+    """Parse the non-empty documents of a YAML text."""
     refuse_deep_nesting(path, text)
     try:
         loader = _Loader(text)
@@ -62,12 +55,9 @@ def parse_yaml(text: str, path: Path | str) -> list[object]:
 
 
 class _Loader(_YAML):
-    """PyYAML's safe loader with keys as written; it refuses duplicate keys and endless merges."""
-
     merged = 0
 
     def construct_mapping(self, node: MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """Check the keys, which merges may repeat, and return the mapping."""
         lines: dict[Hashable, int] = {}
         for name, _ in node.value:
             if name.tag == _MERGE or not isinstance(name, ScalarNode):
@@ -83,7 +73,6 @@ class _Loader(_YAML):
         return cast("dict[Hashable, Any]", super().construct_mapping(node, deep=deep))  # pyright: ignore
 
     def flatten_mapping(self, node: MappingNode) -> None:
-        """Expand merges; of equal keys the first one counts."""
         own = [pair for pair in node.value if pair[0].tag != _MERGE]
         if len(own) == len(node.value):
             return
@@ -122,7 +111,6 @@ def _sentence(error: Exception) -> str:
 
 
 def _aliased(documents: list[object]) -> float:
-    """Return the number of values that aliases expand to; infinite for a recursive alias."""
     sizes: dict[int, float] = {}
     written = 0
 

@@ -19,7 +19,6 @@ class TrajoptError(Exception):
     """Base class of all errors of trajopt."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Restore all attributes: by default exceptions are rebuilt from their message alone."""
         return _restored, (type(self), self.args), self.__dict__
 
 
@@ -180,11 +179,7 @@ class DuplicateObject(ModelError):
 
 
 class MimicCycle(ModelError):
-    """Joints mimic each other in a cycle.
-
-    Attributes:
-        joints: The joints, each mimicking the next, and the last the first.
-    """
+    """Joints mimic each other in a cycle."""
 
     def __init__(self, joints: Sequence[str]) -> None:
         self.joints = tuple(joints)
@@ -196,8 +191,6 @@ class MimicContradiction(ModelError):
     """A mimic joint has another position than its source joint implies.
 
     Attributes:
-        joint: The mimic joint.
-        source: The joint that it follows.
         position: Its given position [rad | m].
         expected: Its implied position [rad | m].
     """
@@ -210,12 +203,7 @@ class MimicContradiction(ModelError):
 
 
 class MimicOutOfRange(ModelError):
-    """No position of a joint satisfies its own limits and those of the joints that follow it.
-
-    Attributes:
-        joint: The mimic joint whose limits cannot be satisfied.
-        source: The joint that it follows.
-    """
+    """No position of a joint satisfies its own limits and those of the joints that follow it."""
 
     def __init__(self, joint: str, source: str, why: str) -> None:
         self.joint, self.source = joint, source
@@ -246,7 +234,6 @@ class GripperError(ModelError):
     """A robot description lacks information about a gripper."""
 
     def __init__(self, robot: str, reason: str) -> None:
-        """Name the robot, the missing part and the remedy."""
         self.robot, self.reason = robot, reason
         super().__init__(
             f"robot {shown(robot)} has no gripper to grasp with: {reason}; "
@@ -255,11 +242,7 @@ class GripperError(ModelError):
 
 
 class FileFormatError(ModelError):
-    """A file (URDF, SRDF, YAML, JSON) has invalid content.
-
-    Attributes:
-        reason: The fault, and its place in the file.
-    """
+    """A file (URDF, SRDF, YAML, JSON) has invalid content."""
 
     def __init__(self, path: str, reason: str) -> None:
         self.path, self.reason = path, reason
@@ -288,7 +271,6 @@ class RequirementNotSupported(SolverError):
     """A method of inverse kinematics cannot express a requirement."""
 
     def __init__(self, method: str, requirement: object, reason: str) -> None:
-        """Name the method, the requirement and the obstacle."""
         self.method, self.requirement = method, requirement
         super().__init__(f"{method} cannot state {requirement}: {reason}")
 
@@ -298,11 +280,7 @@ class BackendFailed(SolverError):
 
 
 class NativeCoresMissing(TrajoptError, ImportError):
-    """The compiled parts of trajopt are missing, or were compiled for another Python.
-
-    Attributes:
-        cores: Names of the missing parts.
-    """
+    """The compiled parts of trajopt are missing, or were compiled for another Python."""
 
     def __init__(self, cores: Sequence[str]) -> None:
         self.cores = tuple(cores)
@@ -324,7 +302,6 @@ class RenderingUnavailable(TrajoptError, RuntimeError):
     """No OpenGL implementation was found; the message lists the attempts and the packages to install."""
 
     def __init__(self, tried: Sequence[str]) -> None:
-        """Keep the attempts, each with the reason of its failure."""
         self.tried = tuple(tried)
         super().__init__(
             "no OpenGL to draw with: " + ("; ".join(tried) or "nothing found") + f". Try: {OPENGL_PACKAGES}"
@@ -366,8 +343,6 @@ VECTOR = 8
 
 
 class _Short(Repr):
-    """Visits only a few members of a few levels, so that large values are never printed."""
-
     def __init__(self) -> None:
         super().__init__()
         self.maxlevel = 3
@@ -397,7 +372,6 @@ PATH_LENGTH = 200
 
 
 def end_of(path: str) -> str:
-    """Return a path, or only its end if it is very long."""
     return path if len(path) <= PATH_LENGTH else f"...{path[3 - PATH_LENGTH :]}"
 
 

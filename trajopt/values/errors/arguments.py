@@ -34,9 +34,6 @@ def checked(target: Target) -> Target:
 
     Shapes, ranges and array-likes are not checked here.
 
-    Args:
-        target: The function or class; a class is changed in place.
-
     Raises:
         ProblemError: By the function, if an argument is of another kind.
         ShapeError: By the function, if a number is required and the argument is not a number.
@@ -64,11 +61,7 @@ def checked(target: Target) -> Target:
 
 
 def named(target: Target) -> Target:
-    """Make a function that checks its own arguments suggest the likely one for an unknown name.
-
-    Raises:
-        UnknownArgument: By the function.
-    """
+    """Make a function that checks its own arguments suggest the likely one for an unknown name."""
     known = _names_of(target)
 
     @wraps(target)
@@ -105,15 +98,7 @@ def _option(kinds: "Kinds", arguments: Iterable[str], name: str) -> str:
 
 
 def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Refuse arguments that do not match their annotations, like `checked`, from within a function.
-
-    Args:
-        given: Its arguments by name: `locals()` at its beginning.
-
-    Raises:
-        ProblemError: If an argument is of another kind.
-        ShapeError: If a number is required and the argument is not a number.
-    """
+    """Refuse arguments that do not match their annotations, like `checked`, from within a function."""
     kinds = _kinds_once(function)
     for name, value in given.items():
         test, hint = kinds[name]
@@ -133,7 +118,6 @@ class Kinds(dict[str, tuple[Test, Any]]):
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        """Keep the annotations of a function, or of the constructor of a class."""
         super().__init__()
         made: Any = function.__init__ if inspect.isclass(function) else function
         self._annotations, self._seen = made.__annotations__, getattr(inspect.unwrap(made), "__globals__", {})
@@ -244,7 +228,6 @@ def _members(protocol: type[object]) -> frozenset[str]:
 
 
 def _refusal(name: str, hint: Any, value: Any) -> ProblemError | ShapeError:
-    """Return the error of an argument, or of its first invalid member."""
     parts = _parts(hint)
     holds = [part for part in parts if _is_collection(part)]
     if len(holds) == 1 and isinstance(value, SEVERAL):

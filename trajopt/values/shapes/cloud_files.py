@@ -21,12 +21,7 @@ _LENGTH_BITS, _LONG = 5, 7
 
 
 def pcd_points(data: bytes) -> Floats:
-    """Return the points of a PCD file, shape (n, 3).
-
-    Raises:
-        ValueError: If it is malformed.
-        KeyError: If the points lack a coordinate, or the header a line.
-    """
+    """Return the points of a PCD file, shape (n, 3)."""
     mark = data.find(b"\nDATA ") + 1
     if mark < 1:
         raise ValueError("no PCD header")
@@ -81,7 +76,6 @@ def _pcd_columns(unfolded: bytes, row: np.dtype[np.void], count: int) -> Floats:
 
 
 def _unfolded(body: bytes, expected: int) -> bytes:
-    """Decompress; source: Lehmann, LibLZF."""
     folded, size = (int(number) for number in np.frombuffer(body, "<u4", 2))
     if size != expected or size > _LARGEST or folded > len(body) - 8:
         raise ValueError("the sizes of the compressed points contradict the header")
@@ -121,20 +115,13 @@ _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 
 @dataclass
 class _Element:
-    """A table of the file: label, number of rows, and name and type of each column; a list has no type."""
-
     label: str
     count: int
     columns: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
 
 
 def ply_points(data: bytes) -> Floats:
-    """Return the vertices of a PLY file, shape (n, 3).
-
-    Raises:
-        ValueError: If it is malformed.
-        KeyError: If the vertices lack a coordinate.
-    """
+    """Return the vertices of a PLY file, shape (n, 3)."""
     mark = data.find(b"end_header")
     if not data.startswith(b"ply") or mark < 0:
         raise ValueError("no PLY header")
@@ -160,7 +147,6 @@ def ply_points(data: bytes) -> Floats:
 
 
 def _ply_header(text: str) -> tuple[str, list[_Element]]:
-    """Return the format, and the elements up to the vertices."""
     form, elements = "", list[_Element]()
     for line in text.splitlines():
         words = line.split()
@@ -301,7 +287,6 @@ def read_octree(path: Path | str) -> tuple[Ints, float]:
 
 
 def _tree(path: Path, data: bytes) -> Any:
-    """Return the library's tree; refuse a file with fewer nodes than its header states."""
     try:
         import octomap
     except ImportError as error:

@@ -94,12 +94,6 @@ class Points(Value):
 
 
 def _points_of(name: str, value: ArrayLike) -> Floats:
-    """Return points as a read-only copy.
-
-    Raises:
-        ShapeError: If there are none, or one is not finite.
-        SizeError: If the cloud is too wide.
-    """
     try:
         points = np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
@@ -225,12 +219,6 @@ class Voxels(Value):
 
 
 def _keys_of(name: str, value: ArrayLike, size: float) -> Ints:
-    """Return keys as a read-only sorted copy without duplicates.
-
-    Raises:
-        ShapeError: If there are none, or one is not a whole number.
-        SizeError: If the grid is too wide.
-    """
     try:
         numbers = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -272,7 +260,6 @@ def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Float
 
 
 def _cubes(cloud: Voxels) -> tuple[Floats, Ints]:
-    """Return two triangles for each side of a cell without a neighbour."""
     vertices: list[Floats] = []
     square = np.array(((0, 0), (1, 0), (1, 1), (0, 1)))
     keys = cloud.keys - cloud.keys.min(axis=0) + 1

@@ -85,7 +85,6 @@ class Mesh(Value):
         overlapping parts and wrongly oriented faces are harmless, and a part within a part is not a cavity.
 
         Args:
-            points: In the frame of the mesh.
             opening: Narrower holes [m] leave a part closed.
         """
         points = floats("points", points, (None, 3))
@@ -116,11 +115,7 @@ class Mesh(Value):
         return np.maximum(distances, 0.0)
 
     def parts(self, opening: float) -> tuple[Ints, Bools]:
-        """Return the part of each face (m,), sets joined by edges, and whether each is closed (parts,).
-
-        Args:
-            opening: Narrower holes [m] leave a part closed.
-        """
+        """Return the part of each face (m,), sets joined by edges, and whether each is closed (parts,)."""
         opening = number("opening", opening, infinite=True)
         edges, face = _edges(self.faces), np.tile(np.arange(len(self.faces)), 3)
         _, edge, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -151,21 +146,18 @@ def _edges(faces: NDArray[np.int32]) -> Ints:
 
 
 def _width(rim: Floats) -> float:
-    """Return the width [m] of a hole from its rim, shape (k, 2, 3): area divided by half the length."""
     a, b = rim[:, 0] - rim[0, 0], rim[:, 1] - rim[0, 0]
     area = 0.5 * float(np.linalg.norm(np.cross(a, b).sum(axis=0)))
     return 2.0 * area / float(np.linalg.norm(np.ptp(rim.reshape(-1, 3), axis=0)))
 
 
 def _generic_frame() -> Floats:
-    """Return a rotation, shape (3, 3), whose axes are not parallel to typical edges of a design."""
     (ca, cb), (sa, sb) = np.cos([0.7391, 0.4127]), np.sin([0.7391, 0.4127])
     turn = np.array([[ca, -sa, 0.0], [sa, ca, 0.0], [0.0, 0.0, 1.0]])
     return turn @ np.array([[1.0, 0.0, 0.0], [0.0, cb, -sb], [0.0, sb, cb]])
 
 
 def _inside_along(frame: Floats, points: Floats, triangles: Floats, part: Ints) -> Bools:
-    """Return the points with an odd number of faces of some part above them, along the third axis."""
     inside = np.zeros(len(points), dtype=np.bool_)
     if not len(points) or not len(triangles):
         return inside

@@ -37,7 +37,6 @@ def main() -> int:
 
 
 def _reason(message: str) -> str:
-    """Return assimp's sentence from an error of Coal: place, resource, sentence, hint."""
     lines = [line.strip() for line in message.rsplit("message:", maxsplit=1)[-1].splitlines()]
     told = [line for line in lines if line and not line.startswith(("Could not load", "Hint"))]
     return told[0] if told else message

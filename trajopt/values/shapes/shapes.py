@@ -18,13 +18,7 @@ from trajopt.values.shapes.mesh import Mesh
 
 @dataclass(frozen=True)
 class Box(Value):
-    """Box about its centre, with edges along its axes.
-
-    Attributes:
-        x: Edge length along x [m].
-        y: Edge length along y [m].
-        z: Edge length along z [m].
-    """
+    """Box about its centre; x, y and z are the lengths of its edges [m]."""
 
     x: float
     y: float
@@ -37,11 +31,7 @@ class Box(Value):
 
 @dataclass(frozen=True)
 class Sphere(Value):
-    """Sphere about its centre.
-
-    Attributes:
-        radius: Radius [m].
-    """
+    """Sphere about its centre; radius [m]."""
 
     radius: float
 
@@ -51,12 +41,7 @@ class Sphere(Value):
 
 @dataclass(frozen=True)
 class Cylinder(Value):
-    """Solid cylinder about its centre, axis along z.
-
-    Attributes:
-        radius: Radius [m].
-        length: Length along z [m].
-    """
+    """Solid cylinder about its centre, axis along z; radius and length [m]."""
 
     radius: float
     length: float
@@ -71,7 +56,6 @@ class Capsule(Value):
     """Cylinder with a half sphere at each end, about its centre, axis along z.
 
     Attributes:
-        radius: Radius [m].
         length: Length of the cylindrical part along z, without the caps [m].
     """
 
@@ -85,12 +69,7 @@ class Capsule(Value):
 
 @dataclass(frozen=True)
 class Cone(Value):
-    """Solid cone, axis along z: base at -length/2, tip at +length/2.
-
-    Attributes:
-        radius: Radius of the base [m].
-        length: Height along z [m].
-    """
+    """Solid cone, axis along z: base of that radius at -length/2, tip at +length/2 [m]."""
 
     radius: float
     length: float
@@ -230,7 +209,6 @@ def solids_near(
 
     Args:
         centre: Of the ball, in the reference frame of the placement, shape (3,) [m].
-        reach: Its radius [m].
     """
     if not isinstance(shape, Points | Voxels):
         return [(shape, where)]

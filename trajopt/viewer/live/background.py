@@ -48,7 +48,6 @@ class Planning:
         """Start.
 
         Args:
-            subject: The problem; or a result of it, to search remedies.
             listener: Called in the planning thread on each progress.
         """
         self._subject, self._listener = subject, listener
@@ -84,7 +83,6 @@ class Planning:
         self._thread.join()
 
     def _work(self) -> None:
-        """Plan, and report the outcome (body of the thread)."""
         subject = self._subject
         self.planned = self._plan(subject) if isinstance(subject, Problem) else self._explain(subject)
         self._listener(self)
@@ -167,16 +165,11 @@ def reach_of(reduced: ReducedModel, hand: str) -> Reach:
 
 
 class Reaching:
-    """Finds it in a thread of its own."""
+    """Finds the reach in a thread."""
 
     def __init__(
         self, reduced: ReducedModel, hand: str, listener: Callable[["Reaching", Reach | str], None]
     ) -> None:
-        """Start.
-
-        Args:
-            listener: Receives the reach, or the reason of a failure, in that thread.
-        """
         self.reduced = reduced
 
         def work() -> None:

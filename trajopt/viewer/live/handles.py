@@ -34,21 +34,11 @@ if TYPE_CHECKING:
 
 
 class Gizmo:
-    """Arrows and rings for dragging, drawn in front of everything.
-
-    Attributes:
-        length: Of the arrows [m].
-    """
+    """Arrows and rings for dragging, drawn in front of everything."""
 
     def __init__(
         self, server: "ViserServer", node: str, length: float, dragged: Callable[[Placement], None]
     ) -> None:
-        """Add it, hidden.
-
-        Args:
-            length: Of the arrows [m].
-            dragged: Receives its placement in the world while it is dragged.
-        """
         self.length, self._dragging = length, False
         self._handle: TransformControlsHandle = server.scene.add_transform_controls(
             node, scale=length, depth_test=False, line_width=3.5, visible=False
@@ -96,11 +86,6 @@ class GoalDrawing:
     def __init__(
         self, server: "ViserServer", reduced: ReducedModel, dragged: Callable[[Placement], None]
     ) -> None:
-        """Prepare it; nothing is shown yet.
-
-        Args:
-            dragged: Receives the dragged placement of the hand in the world.
-        """
         self._server, self._ghosts = server, 0
         self.gizmo = Gizmo(server, "/goal/hand", HAND_GIZMO, dragged)
         self._ghost = Ghost(server, reduced, "goal_0", COLOURS[Reachability.REACHABLE], opacity=OPACITY)
@@ -150,12 +135,6 @@ class ObjectsDrawing:
     def __init__(
         self, server: "ViserServer", picked: Callable[[str], None], dragged: Callable[[Placement], None]
     ) -> None:
-        """Draw nothing yet.
-
-        Args:
-            picked: Receives the name of a clicked object.
-            dragged: Receives the dragged placement of the chosen object in the world.
-        """
         self._server, self._picked = server, picked
         self._drawn: dict[str, _Drawn] = {}
         self._count, self._chosen = 0, ""
@@ -212,11 +191,7 @@ class ObjectsDrawing:
 
 
 class EditedScene:
-    """A scene whose objects come and go in a page: the robot, the objects and the nearest pairs.
-
-    Attributes:
-        nearest: The nearest pairs as they are drawn, the nearest first.
-    """
+    """A scene whose objects come and go in a page: the robot, the objects and the nearest pairs."""
 
     def __init__(
         self,
@@ -226,13 +201,6 @@ class EditedScene:
         picked: Callable[[str], None] = lambda _: None,
         dragged: Callable[[Placement], None] = lambda _: None,
     ) -> None:
-        """Draw it.
-
-        Args:
-            positions: Of the group's joints, shape (n,) [rad | m].
-            picked: Receives the name of a clicked object.
-            dragged: Receives the dragged placement of the chosen object in the world.
-        """
         self._server = server
         self.nearest: tuple[Nearest, ...] = ()
         self._objects = ObjectsDrawing(server, picked, dragged)

@@ -86,11 +86,7 @@ def added(reduced: ReducedModel, kind: ObjectKind) -> tuple[Scene, str]:
 
 
 def resized(scene: Scene, name: str, sizes: Mapping[str, float]) -> Scene:
-    """Resize an object; its allowed contacts stay.
-
-    Args:
-        sizes: By field [m].
-    """
+    """Resize an object; its allowed contacts stay."""
     item = scene.object(name)
     if not sizes_of(scene, name):
         raise ModelError(f"{shown(name)} is not a single shape with sizes, so it cannot be resized")
@@ -106,7 +102,6 @@ def moved(scene: Scene, name: str, where: Placement) -> Scene:
 
 
 def grasped(reduced: ReducedModel, name: str, hand: str) -> Scene:
-    """Attach an object to the hand at its present place; links of the hand may touch it."""
     joint = reduced.attachment(hand)[0]
     gripper = [link for link in reduced.scene.robot.links if reduced.attachment(link)[0] == joint]
     at = reduced.all_positions(reduced.start_positions)
@@ -192,12 +187,6 @@ class ObjectsPanel:
         ask: Callable[[str, Callable[[], None]], None],
         choose: Callable[[str], None],
     ) -> None:
-        """Add the controls.
-
-        Args:
-            ask: Queues a change of the state: its name, and the change.
-            choose: Called when an object is chosen, or none.
-        """
         self._server, self._bench, self._ask, self._choose = server, bench, ask, choose
         self.chosen = ""
         gui = server.gui

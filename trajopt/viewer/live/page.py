@@ -36,14 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shown(Value):
-    """The drawn items.
-
-    Attributes:
-        links: The robot by its visual shapes.
-        collision: The robot's collision shapes.
-        trail: The path of the hand along the motion.
-        nearest: The nearest pairs, with their distances.
-    """
+    """The drawn items."""
 
     links: bool = True
     collision: bool = False
@@ -63,7 +56,7 @@ WORDS = {
 
 
 class ShownPanel:
-    """A tick for each."""
+    """Controls of the drawn items."""
 
     def __init__(self, server: "ViserServer", changed: Callable[[Shown], None]) -> None:
         plain = Shown()
@@ -88,11 +81,7 @@ DOT = 0.005
 
 
 class Picture:
-    """All that is drawn.
-
-    Attributes:
-        positions: Of the group as it is drawn, shape (n,) [rad | m].
-    """
+    """All that is drawn."""
 
     def __init__(
         self,
@@ -103,12 +92,6 @@ class Picture:
         picked: "Callable[[str], None]",
         displaced: "Callable[[Placement], None]",
     ) -> None:
-        """Draw the robot in its present posture.
-
-        Args:
-            dragged: Receives the dragged placement of the hand.
-            displaced: Receives the dragged placement of the chosen object.
-        """
         self._server, self._bench = server, bench
         self.positions, self._shown = bench.positions, Shown()
         self._scene = EditedScene(server, bench.reduced, self.positions, picked, displaced)
@@ -126,7 +109,6 @@ class Picture:
         return self._scene.nearest
 
     def stand(self, positions: Floats) -> None:
-        """Draw the robot at a posture, shape (n,) [rad | m]."""
         self.positions = positions
         self._scene.show(positions, pairs=self._shown.nearest)
 
@@ -185,7 +167,6 @@ def live_view(
     Args:
         group: The group that moves; if empty the only one, or the first that ends in a hand.
         start: Configuration of the robot; by default each group in its first named state.
-        port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines use the page too.
 
     Raises:
@@ -207,11 +188,7 @@ def _still(scene: Scene) -> Scene:
 
 
 class LiveView(Served):
-    """A page for planning by hand; `live_view` opens one.
-
-    Attributes:
-        url: Address of the page.
-    """
+    """A page for planning by hand; `live_view` opens one."""
 
     def __init__(self, server: "GuardedServer", bench: Workbench) -> None:
         super().__init__(server)
@@ -253,7 +230,6 @@ class LiveView(Served):
 
     @property
     def planned(self) -> PlanningOutcome | None:
-        """How planning to this goal ended; None before."""
         return self._motion.planned
 
     @property
@@ -279,11 +255,6 @@ class LiveView(Served):
 
     @checked
     def see(self, scene: Scene) -> None:
-        """Show another scene of the same robot from now on; a robot that is being driven is in it.
-
-        Raises:
-            ProblemError: If something in it moves by itself.
-        """
         seen = _still(scene)
         self._ask_around("seen", lambda: self._bench.change(seen))
 

@@ -41,11 +41,7 @@ class Desk:
     """Does things in a thread of its own."""
 
     def __init__(self, complain: Callable[[str], None]) -> None:
-        """Start the thread.
-
-        Args:
-            complain: Receives, in that thread, the reason why a request failed.
-        """
+        """Start the thread; `complain` receives the reason why a request failed."""
         self._complain = complain
         self._waiting: dict[str, Callable[[], None]] = {}
         self._working, self._closed = False, False
@@ -59,12 +55,10 @@ class Desk:
             self._news.notify_all()
 
     def settle(self, seconds: float) -> bool:
-        """Wait until all requests are handled; return False after a time-out [s]."""
         with self._news:
             return self._news.wait_for(lambda: not self._waiting and not self._working, seconds)
 
     def close(self) -> None:
-        """End the thread; waiting requests are dropped."""
         with self._news:
             self._closed = True
             self._news.notify_all()
@@ -72,7 +66,6 @@ class Desk:
             self._thread.join()
 
     def _work(self) -> None:
-        """Handle requests, the oldest first (body of the thread)."""
         while True:
             with self._news:
                 self._working = False
@@ -110,11 +103,6 @@ class Lever:
         *,
         colour: Colour = "blue",
     ) -> None:
-        """Add it to the page.
-
-        Args:
-            pressed: Called on a press, with the page of the press.
-        """
         self.name, self.refusal, self._hint = name, "", hint
         self._button: GuiButtonHandle = server.gui.add_button(name, hint=hint, color=colour)
 
@@ -149,11 +137,6 @@ class GoalPanel:
         bench: Workbench,
         ask: Callable[[str, Callable[[], None]], None],
     ) -> None:
-        """Add the controls.
-
-        Args:
-            ask: Queues a change of the state: its name, and the change.
-        """
         self._server, self._bench, self._ask = server, bench, ask
         gui = server.gui
         self._states: GuiDropdownHandle[str] | None = None
@@ -259,13 +242,6 @@ class MotionPanel:
         show_motion: Callable[[Trajectory | None], None],
         found: Callable[[], None],
     ) -> None:
-        """Add the controls.
-
-        Args:
-            stand: Draws the robot at a posture of the group.
-            show_motion: Draws the line of a motion, or none.
-            found: Called when a motion appears or disappears.
-        """
         self._server, self._desk, self._bench = server, desk, bench
         self._stand, self._show_motion, self._found = stand, show_motion, found
         self._planning: Planning | None = None
@@ -398,20 +374,9 @@ STOPPING = 5.0
 
 
 class Driving:
-    """A run to a goal, started on construction.
-
-    Attributes:
-        positions: Positions of the group's joints, shape (n,) [rad | m].
-        events: Events in order.
-        outcome: Its outcome, in words; empty until then.
-    """
+    """A run to a goal, started on construction; `outcome` is empty until its end."""
 
     def __init__(self, problem: Problem, listener: Callable[["Driving"], None]) -> None:
-        """Start.
-
-        Args:
-            listener: Called after each cycle, in the driving thread.
-        """
         self._problem, self._listener = problem, listener
         self._stop, self._scene = threading.Event(), threading.Lock()
         self._changed: Scene | None = None
@@ -437,7 +402,6 @@ class Driving:
         self._thread.join()
 
     def _work(self) -> None:
-        """Drive until the run is over (body of the thread)."""
         try:
             outcome = self._drive()
         except TrajoptError as error:
@@ -507,12 +471,6 @@ class DrivePanel:
         stand: Callable[[Floats], None],
         changed: Callable[[], None],
     ) -> None:
-        """Add the controls.
-
-        Args:
-            stand: Draws the robot at a posture of the group.
-            changed: Called when a run starts or ends.
-        """
         self._desk, self._bench, self._stand, self._changed = desk, bench, stand, changed
         self.driving: Driving | None = None
         self._execute = Lever(

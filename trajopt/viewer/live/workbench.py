@@ -37,12 +37,7 @@ class Workbench:
     """
 
     def __init__(self, scene: Scene, group: str = "", start: ConfigurationLike | None = None) -> None:
-        """Place the robot; its goal is its present posture.
-
-        Args:
-            group: The group that moves; if empty the only one, or the first with a hand.
-            start: Its configuration; by default each group in its first named state.
-        """
+        """Place the robot, its goal is its present posture; for defaults see `live_view`."""
         robot = scene.robot
         self.group = group or chosen_group(robot)
         if not robot.group(self.group).joints:
@@ -68,7 +63,6 @@ class Workbench:
 
     @property
     def positions(self) -> Floats:
-        """Positions of the group's joints, shape (n,) [rad | m]."""
         return self._reduced.start_positions
 
     @property
@@ -101,7 +95,6 @@ class Workbench:
         self.goal = goal_of_hand(self._reduced, self.hand, placement, self.goal.positions, turned=self.turned)
 
     def move_joints(self, positions: Floats) -> None:
-        """Set the goal of the group's joints, shape (n,) [rad | m]."""
         self.goal = goal_of_joints(self._reduced, self.hand, positions)
 
     def move_joint(self, joint: str, position: float) -> None:
@@ -143,7 +136,6 @@ class Workbench:
 
 
 def chosen_group(robot: Robot) -> str:
-    """Return the default group: the only one, or the first with a hand."""
     arms = [name for name, group in robot.groups.items() if group.joints and group.tip is not None]
     return arms[0] if arms else only_group(robot)
 

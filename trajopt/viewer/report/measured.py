@@ -53,7 +53,6 @@ class Chart(Value):
     """Curves over the same times.
 
     Attributes:
-        times: Shape (S,) [s].
         limits: Limits of the values, each with its name.
         top: Larger values are not drawn; None for no cut.
     """
@@ -68,11 +67,7 @@ class Chart(Value):
 
 @dataclass(frozen=True, eq=False)
 class Binding(Value):
-    """When something is at its limit.
-
-    Attributes:
-        spans: From when to when, in order [s].
-    """
+    """When something is at its limit."""
 
     name: str
     spans: tuple[tuple[float, float], ...]
@@ -80,12 +75,7 @@ class Binding(Value):
 
 @dataclass(frozen=True, eq=False)
 class Peak(Value):
-    """The extremes of a joint.
-
-    Attributes:
-        most: Of velocity, acceleration, jerk and torque: the largest value in words, and its share of the
-            limit; None without a limit.
-    """
+    """Extremes of a joint, in words and as shares of its limits."""
 
     joint: str
     begin: str
@@ -95,11 +85,7 @@ class Peak(Value):
 
 @dataclass(frozen=True, eq=False)
 class Measured(Value):
-    """A measured motion.
-
-    Attributes:
-        bindings: The binding limits with their intervals; the longest first.
-    """
+    """A measured motion."""
 
     charts: tuple[Chart, ...]
     bindings: tuple[Binding, ...]
@@ -122,7 +108,6 @@ class _Rate(Value):
 
     @property
     def shares(self) -> Floats:
-        """Values as shares of their limits, NaN without one, shape (S, n)."""
         return np.where(np.isfinite(self.limits), self.values / self.limits, np.nan)
 
 
@@ -199,7 +184,6 @@ def _tools(problem: Problem) -> tuple[ToolSpeed, ...]:
 
 
 def _tool(reduced: ReducedModel, trajectory: Trajectory, times: Floats, tool: ToolSpeed) -> Chart:
-    """Return the speed of a tool's point, as seen from the world."""
     joint, where = reduced.attachment(tool.frame)
     point = where * tool.offset
     query = ClearanceQuery(reduced, trajectory.duration)
@@ -309,12 +293,9 @@ class Subject(Value):
     """The subject of a report.
 
     Attributes:
-        trajectory: The motion, verified or not, or None.
-        path: The best path, or None.
         certificate: The judge's verdict on the motion, computed here.
         answer: The planning result, as by `Result.as_dict`.
         explanation: `Result.explain` as plain data.
-        made: Time of planning or saving (UTC).
         versions: Package versions of the planner, by name.
     """
 
@@ -335,7 +316,6 @@ class Subject(Value):
 
     @property
     def verified(self) -> bool:
-        """Whether the judge finds that the motion does all that it must."""
         return self.certificate is not None and self.certificate.verified
 
     @cached_property

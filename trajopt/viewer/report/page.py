@@ -91,11 +91,7 @@ BRIDGE = (
 
 @dataclass(frozen=True, eq=False)
 class GhostAt(Value):
-    """A translucent copy of the robot.
-
-    Attributes:
-        positions: Of the group's joints, shape (n,) [rad | m].
-    """
+    """A translucent copy of the robot."""
 
     name: str
     positions: Floats
@@ -118,8 +114,6 @@ def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Seque
 
 
 class _Recording:
-    """The scene, drawn frame by frame."""
-
     def __init__(
         self,
         server: "ViserServer",
@@ -192,7 +186,6 @@ class Scenery(Value):
     """The shown scene.
 
     Attributes:
-        motion: The shown motion, or None.
         timed: Whether its time is a motion's, not a walk along a path.
     """
 
@@ -224,7 +217,6 @@ def scenery(subject: Subject) -> Scenery:
 
 
 def in_space(subject: Subject, shown: Scenery) -> str:
-    """Return the page in 3-D, in HTML."""
     return recorded(subject.problem.reduced, shown.motion, shown.ghosts)
 
 
@@ -334,7 +326,6 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
 
 
 def _parts(subject: Subject) -> list[str]:
-    """Return the sections, the most important first."""
     parts: list[str] = []
     if not subject.verified:
         parts.append(section("blocked", "What stands in the way", sections.in_the_way(subject)))
@@ -407,7 +398,6 @@ def _space(shown: Scenery, space: str, pictures: Sequence[Still]) -> str:
 
 
 def _stills(pictures: Sequence[Still], *, alone: bool) -> str:
-    """Return still pictures: on paper, and on the screen without 3-D."""
     if not pictures:
         return ""
     kind = f"stills{' shown' if alone else ''}{' one' if len(pictures) == 1 else ''}"
@@ -433,8 +423,7 @@ def write_report(what: Reported, path: Path | str, *, moving: bool = True, pictu
     Args:
         what: A result, a plan, an unplanned problem, or a bundle, which is drawn as by `trajopt view` after
             its meshes are unpacked (`read_bundle`).
-        moving: Whether to include the 3-D motion, which takes about a megabyte and the extra `view`.
-        pictures: Whether to include still pictures, for paper. Without OpenGL they are omitted with a remark.
+        pictures: Whether to include still pictures; omitted with a remark without OpenGL.
 
     Raises:
         MissingExtra: If the 3-D motion is requested, and viser is not installed.

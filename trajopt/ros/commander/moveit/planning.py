@@ -54,7 +54,6 @@ class MultiPipelinePlanRequestParameters(InPart):
     )
 
     def __init__(self, moveit_py: Any, planning_pipeline_names: Sequence[str]) -> None:
-        """Set the defaults for each name."""
         self.multi_plan_request_parameters = [
             PlanRequestParameters(moveit_py) for _ in planning_pipeline_names
         ]
@@ -103,7 +102,6 @@ class _Group(UnchangedMoveGroup):
     goals: Sequence[Constraints] = ()
 
     def construct_motion_plan_request(self) -> MotionPlanRequest:
-        """Return the request that `plan` would solve, as a message."""
         request = super().construct_motion_plan_request()
         if self.goals:
             request.goal_constraints = list(self.goals)
@@ -115,7 +113,6 @@ class PlanningComponent(InPart):
     """Plans motions of one group."""
 
     def __init__(self, joint_model_group_name: str, moveit_py_instance: "MoveItPy") -> None:
-        """Select a group; called by `MoveItPy.get_planning_component`."""
         self._moveit, self._world = moveit_py_instance, moveit_py_instance.world
         self._group = _Group(joint_model_group_name, world=self._world)
         self._group.set_goal_position_tolerance(POSITION_TOLERANCE)
@@ -124,16 +121,13 @@ class PlanningComponent(InPart):
 
     @property
     def planning_group_name(self) -> str:
-        """Name of the group."""
         return self._group.get_name()
 
     @property
     def named_target_states(self) -> list[str]:
-        """Names of the group's states."""
         return self._group.get_named_targets()
 
     def get_named_target_state_values(self, name: str) -> dict[str, float]:
-        """Return the positions of a state, joint -> position [rad | m]."""
         return self._group.get_named_target_values(name)
 
     def set_start_state_to_current_state(self) -> bool:
@@ -194,18 +188,15 @@ class PlanningComponent(InPart):
         return True
 
     def set_path_constraints(self, path_constraints: Constraints) -> bool:
-        """Set constraints along the whole motion."""
         self._group.set_path_constraints(path_constraints)
         return True
 
     def set_workspace(
         self, min_x: float, min_y: float, min_z: float, max_x: float, max_y: float, max_z: float
     ) -> None:
-        """Set the bounds of a mobile base [m]."""
         self._group.set_workspace([min_x, min_y, min_z, max_x, max_y, max_z])
 
     def unset_workspace(self) -> None:
-        """Remove the bounds of a mobile base."""
         self._group.set_workspace([])
 
     def plan(
@@ -244,17 +235,14 @@ class PlanningSceneMonitor(InPart):
     """Gives a script read and write access to a world's scene."""
 
     def __init__(self, robot_model: RobotModel, world: World) -> None:
-        """Monitor a world; called by `MoveItPy.get_planning_scene_monitor`."""
         self._model, self._world = robot_model, world
 
     @property
     def name(self) -> str:
-        """Name of the monitor."""
         return "planning_scene_monitor"
 
     @contextmanager
     def read_only(self) -> Generator[PlanningScene]:
-        """Open the scene for reading."""
         yield PlanningScene(self._model, self._world, writable=False)
 
     @contextmanager
@@ -263,13 +251,11 @@ class PlanningSceneMonitor(InPart):
         yield PlanningScene(self._model, self._world, writable=True)
 
     def process_collision_object(self, collision_object_msg: Any, color_msg: Any = None) -> bool:
-        """Apply a CollisionObject; colours are ignored."""
         with self.read_write() as scene:
             scene.apply_collision_object(collision_object_msg)
         return True
 
     def process_attached_collision_object(self, attached_collision_object_msg: Any) -> bool:
-        """Apply an AttachedCollisionObject."""
         with self.read_write() as scene:
             scene.process_attached_collision_object(attached_collision_object_msg)
         return True
@@ -298,29 +284,21 @@ class MoveItPy(InPart):
         *,
         world: World | None = None,
     ) -> None:
-        """Select a world; other arguments are as in MoveIt, and ignored.
-
-        Args:
-            world: The world; the world of the enclosing `with` block when None.
-        """
+        """Select a world, by default that of the enclosing `with` block; other arguments are ignored."""
         self.world = world_or_current(world)
         self.world.node.name = node_name
         self._model = RobotModel.of(self.world.robot, self.world.rng)
 
     def get_planning_component(self, planning_component_name: str) -> PlanningComponent:
-        """Return the planning component of a group."""
         return PlanningComponent(planning_component_name, self)
 
     def get_planning_scene_monitor(self) -> PlanningSceneMonitor:
-        """Return the monitor of the scene."""
         return PlanningSceneMonitor(self._model, self.world)
 
     def get_robot_model(self) -> RobotModel:
-        """Return the robot."""
         return self._model
 
     def current_state(self) -> RobotState:
-        """Return the current state of the robot."""
         state = RobotState(self._model)
         state.positions = state_positions(None, self.world)
         return state
@@ -353,16 +331,10 @@ class MoveItPy(InPart):
         return ExecutionStatus("SUCCEEDED" if done else "ABORTED")
 
     def shutdown(self) -> None:
-        """End the script's node."""
         self.world.node.end()
 
 
 def _one_of(**given: object) -> None:
-    """Require exactly one of several arguments.
-
-    Raises:
-        MoveItCommanderException: If none or several are given.
-    """
     stated = [name for name, value in given.items() if value is not None]
     if len(stated) != 1:
         raise MoveItCommanderException(

@@ -9,29 +9,23 @@ class Logger:
     """A logger that prefixes its lines with a name."""
 
     def __init__(self, name: str) -> None:
-        """Set the prefix."""
         self.name = name
 
     def debug(self, message: str, **_: object) -> None:
-        """Log details for programmers."""
         self._log(logging.DEBUG, message)
 
     def info(self, message: str, **_: object) -> None:
-        """Log progress."""
         self._log(logging.INFO, message)
 
     def warning(self, message: str, **_: object) -> None:
-        """Log a warning."""
         self._log(logging.WARNING, message)
 
     warn = warning
 
     def error(self, message: str, **_: object) -> None:
-        """Log an error."""
         self._log(logging.ERROR, message)
 
     def fatal(self, message: str, **_: object) -> None:
-        """Log the reason why a script ends."""
         self._log(logging.CRITICAL, message)
 
     def _log(self, level: int, message: str) -> None:
@@ -39,5 +33,4 @@ class Logger:
 
 
 def get_logger(name: str) -> Logger:
-    """Return a logger."""
     return Logger(name)

@@ -39,12 +39,7 @@ class Rate:
     """Runs a loop at a fixed rate."""
 
     def __init__(self, hz: float, reset: bool = False) -> None:
-        """Start the first period now.
-
-        Args:
-            hz: Rate [1/s], > 0.
-            reset: As in ROS; ignored.
-        """
+        """Start the first period of 1 / `hz` [s] now."""
         self.sleep_dur = Duration(1.0 / hz)
         self._begun = time.monotonic()
 
@@ -86,13 +81,11 @@ def is_shutdown() -> bool:
 
 
 def signal_shutdown(reason: str) -> None:
-    """Call the `on_shutdown` hooks, and make `is_shutdown` return True."""
     _LOG.info("shutdown: %s", reason)
     world_or_current(None).node.end()
 
 
 def on_shutdown(h: Callable[[], object]) -> None:
-    """Call a function when the script ends."""
     world_or_current(None).node.hooks.append(h)
 
 
@@ -102,12 +95,10 @@ def spin() -> None:
 
 
 def has_param(param_name: str) -> bool:
-    """Return whether a parameter of that name exists."""
     return world_or_current(None).node.has(param_name)
 
 
 def search_param(param_name: str) -> str | None:
-    """Return the full name of a parameter; None if it does not exist."""
     return f"/{param_name.removeprefix('/')}" if has_param(param_name) else None
 
 
@@ -123,17 +114,14 @@ def get_param(param_name: str, *default: object) -> object:
 
 
 def set_param(param_name: str, param_value: object) -> None:
-    """Set a parameter."""
     world_or_current(None).node.parameters[param_name.removeprefix("/")] = param_value
 
 
 def get_time() -> float:
-    """Return the time [s]."""
     return time.time()
 
 
 def get_rostime() -> Time:
-    """Return the present moment."""
     return Time.now()
 
 
@@ -143,27 +131,22 @@ def sleep(duration: float | Duration) -> None:
 
 
 def logdebug(msg: str, *args: object) -> None:
-    """Log a debug message to the logger `trajopt.ros.commander`."""
     _LOG.debug(msg, *args)
 
 
 def loginfo(msg: str, *args: object) -> None:
-    """Log to the logger `trajopt.ros.commander`."""
     _LOG.info(msg, *args)
 
 
 def logwarn(msg: str, *args: object) -> None:
-    """Log a warning to the logger `trajopt.ros.commander`."""
     _LOG.warning(msg, *args)
 
 
 def logerr(msg: str, *args: object) -> None:
-    """Log an error to the logger `trajopt.ros.commander`."""
     _LOG.error(msg, *args)
 
 
 def logfatal(msg: str, *args: object) -> None:
-    """Log a fatal error to the logger `trajopt.ros.commander`."""
     _LOG.critical(msg, *args)
 
 
@@ -175,11 +158,7 @@ class Publisher:
     """
 
     def __init__(self, name: str, data_class: type, *_: object, **__: object) -> None:
-        """Select a topic.
-
-        Args:
-            data_class: Type of its messages; further arguments (`queue_size`, `latch`) are ignored.
-        """
+        """Select a topic and its type; further arguments (`queue_size`, `latch`) are ignored."""
         self.name = name
         self.data_class = data_class
         self._world = world_or_current(None)

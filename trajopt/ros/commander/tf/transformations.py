@@ -19,23 +19,16 @@ def _order(axes: str) -> Any:
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = AXES) -> Floats:
-    """Return the quaternion (x, y, z, w) of Euler angles [rad]; roll, pitch and yaw for the default axes.
+    """Return the quaternion (x, y, z, w) of Euler angles [rad].
 
     Args:
         axes: Axis sequence, prefixed by s for a static or r for a rotating frame.
-
-    Raises:
-        ShapeError: If the axis sequence is invalid.
     """
     return Rotation.from_euler(_order(axes), (ai, aj, ak)).as_quat()
 
 
 def euler_from_quaternion(quaternion: Sequence[float], axes: str = AXES) -> tuple[float, float, float]:
-    """Return the three turns [rad] of a quaternion (x, y, z, w).
-
-    Raises:
-        ShapeError: If the axis sequence is invalid.
-    """
+    """Return the three turns [rad] of a quaternion (x, y, z, w)."""
     angles: Floats = Rotation.from_quat(list(quaternion)).as_euler(_order(axes))
     return float(angles[0]), float(angles[1]), float(angles[2])
 
@@ -46,7 +39,6 @@ def quaternion_multiply(quaternion1: Sequence[float], quaternion0: Sequence[floa
 
 
 def quaternion_inverse(quaternion: Sequence[float]) -> Floats:
-    """Return the quaternion of the turn back."""
     return Rotation.from_quat(list(quaternion)).inv().as_quat()
 
 
@@ -57,42 +49,28 @@ def quaternion_about_axis(angle: float, axis: Sequence[float]) -> Floats:
 
 
 def quaternion_matrix(quaternion: Sequence[float]) -> Floats:
-    """Return the 4x4 matrix of a quaternion."""
     matrix = np.eye(4)
     matrix[:3, :3] = Rotation.from_quat(list(quaternion)).as_matrix()
     return matrix
 
 
 def quaternion_from_matrix(matrix: Floats) -> Floats:
-    """Return the quaternion of a 4x4 matrix."""
     return Rotation.from_matrix(np.array(matrix)[:3, :3]).as_quat()
 
 
 def euler_matrix(ai: float, aj: float, ak: float, axes: str = AXES) -> Floats:
-    """Return the 4x4 matrix of three turns [rad].
-
-    Raises:
-        ShapeError: If the axis sequence is invalid.
-    """
     return quaternion_matrix(quaternion_from_euler(ai, aj, ak, axes).tolist())
 
 
 def euler_from_matrix(matrix: Floats, axes: str = AXES) -> tuple[float, float, float]:
-    """Return the three turns [rad] of a 4x4 matrix.
-
-    Raises:
-        ShapeError: If the axis sequence is invalid.
-    """
     return euler_from_quaternion(quaternion_from_matrix(matrix).tolist(), axes)
 
 
 def translation_matrix(direction: Sequence[float]) -> Floats:
-    """Return the 4x4 matrix of a translation [m]."""
     matrix = np.eye(4)
     matrix[:3, 3] = direction
     return matrix
 
 
 def translation_from_matrix(matrix: Floats) -> Floats:
-    """Return the translation of a 4x4 matrix [m]."""
     return np.array(matrix, dtype=np.float64)[:3, 3]

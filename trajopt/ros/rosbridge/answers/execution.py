@@ -34,11 +34,7 @@ class Tolerances:
     def broken(
         self, joints: Sequence[str], desired: msg.JointTrajectoryPoint, actual: msg.JointTrajectoryPoint
     ) -> str:
-        """Return an error message for the first joint out of tolerance; empty if none.
-
-        Args:
-            desired: Desired positions; velocities are optional.
-        """
+        """Return an error message for the first joint out of tolerance; empty if none."""
         for each in self.stated:
             place = joints.index(each.name)
             for what, most, wanted, found in (

@@ -46,11 +46,7 @@ def failed(code: int, reason: str) -> MoveItErrorCodes:
 
 
 def code_of_error(error: TrajoptError) -> MoveItErrorCodes:
-    """Return the error code of a request with an unknown name, or a malformed one.
-
-    A group, a link, an object and a frame have codes of their own; other faults the code of their part of the
-    request.
-    """
+    """Return the error code of a request with an unknown name, or a malformed one."""
     return failed(_code(error), str(error))
 
 

@@ -11,7 +11,6 @@ from trajopt.server.move_group.outcome import MoveItCommanderException
 def construct_joint_constraint(
     robot_state: RobotState, joint_model_group: JointModelGroup, tolerance: float = 0.01
 ) -> msg.Constraints:
-    """Return constraints on a group's joints: their positions in a state, within a tolerance [rad | m]."""
     names = joint_model_group.active_joint_model_names
     values = robot_state.joint_positions
     held = [msg.JointConstraint(name, values[name], tolerance, tolerance, 1.0) for name in names]

@@ -30,11 +30,6 @@ class PlanningScene(InPart):
     """
 
     def __init__(self, robot_model: RobotModel, world: World, *, writable: bool) -> None:
-        """Enter a scene; `PlanningSceneMonitor` does.
-
-        Args:
-            writable: Whether it may be changed.
-        """
         self.name, self.robot_model, self.current_state = "", robot_model, RobotState(robot_model)
         self.current_state.positions = world.positions
         self._world, self._writable = world, writable

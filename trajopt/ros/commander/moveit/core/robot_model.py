@@ -35,12 +35,10 @@ class JointModelGroup(InPart):
     """A group of joints."""
 
     def __init__(self, robot: Robot, group: Group) -> None:
-        """Select a group; called by `RobotModel.get_joint_model_group`."""
         self._robot, self._group = robot, group
 
     @property
     def name(self) -> str:
-        """Name of the group."""
         return self._group.name
 
     @property
@@ -50,12 +48,10 @@ class JointModelGroup(InPart):
 
     @property
     def active_joint_model_names(self) -> list[str]:
-        """The planned joints."""
         return list(self._group.joints)
 
     @property
     def link_model_names(self) -> list[str]:
-        """Links of the group."""
         return link_names(self._robot, self._group)
 
     @property
@@ -77,12 +73,10 @@ class RobotModel(InPart):
     """A robot."""
 
     def __init__(self, urdf_xml_path: str, srdf_xml_path: str) -> None:
-        """Load a robot from its files."""
         self._take(load(urdf_xml_path, srdf=srdf_xml_path), np.random.default_rng(0))
 
     @classmethod
     def of(cls, robot: Robot, rng: np.random.Generator) -> "RobotModel":
-        """Return the model of a robot."""
         model = cls.__new__(cls)
         model._take(robot, rng)
         return model
@@ -92,27 +86,22 @@ class RobotModel(InPart):
 
     @property
     def name(self) -> str:
-        """Name of the robot."""
         return self.robot.name
 
     @property
     def model_frame(self) -> str:
-        """The root link."""
         return self.robot.links[0]
 
     @property
     def joint_model_group_names(self) -> list[str]:
-        """Names of the groups."""
         return list(self.robot.groups)
 
     @property
     def joint_model_groups(self) -> list[JointModelGroup]:
-        """The groups."""
         return [JointModelGroup(self.robot, group) for group in self.robot.groups.values()]
 
     @property
     def end_effectors(self) -> list[JointModelGroup]:
-        """The groups of the end effectors."""
         return [self.get_joint_model_group(each.group) for each in self.robot.end_effectors.values()]
 
     def has_joint_model_group(self, joint_model_group_name: str) -> bool:
@@ -124,9 +113,7 @@ class RobotModel(InPart):
         return True
 
     def get_joint_model_group(self, joint_model_group_name: str) -> JointModelGroup:
-        """Return a group."""
         return JointModelGroup(self.robot, group_named(self.robot, joint_model_group_name))
 
     def get_model_info(self) -> str:
-        """Return a description of the robot."""
         return repr(self.robot)

@@ -194,11 +194,6 @@ def judged(
 
 
 def of_robot(state: Any) -> RobotState:
-    """Return a state passed by a script.
-
-    Raises:
-        MoveItCommanderException: If it is not a RobotState of moveit_py.
-    """
     if not isinstance(state, RobotState):
         raise MoveItCommanderException(
             f"robot_state must be a moveit.core.robot_state.RobotState, is {shown(state)}"

@@ -11,13 +11,11 @@ class RobotTrajectory(InPart):
     """A motion."""
 
     def __init__(self, robot_model: RobotModel) -> None:
-        """Create a trajectory without points."""
         self.robot_model, self.joint_model_group_name = robot_model, ""
         self._start, self._message = RobotState(robot_model), RobotTrajectoryMessage()
 
     @property
     def duration(self) -> float:
-        """Duration [s]."""
         points = self._message.joint_trajectory.points
         return points[-1].time_from_start.to_sec() if points else 0.0
 
