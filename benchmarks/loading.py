@@ -109,7 +109,7 @@ def main() -> None:
 
 
 def section(found: dict[str, tuple[Loading, Loading]]) -> str:
-    """Return a summary and a table in Markdown."""
+    """Return a summary, and a table of the robots with a note, a loose cover or a refusal."""
     rows = [
         [
             _short(name),
@@ -123,6 +123,7 @@ def section(found: dict[str, tuple[Loading, Loading]]) -> str:
             first.refused or str(len(first.notes) or ""),
         ]
         for name, (first, again) in found.items()
+        if first.refused or first.notes or first.farthest
     ]
     head = ["robot", "first s", "from the cache s", "with imports s", "joints", "meshes", "bodies"]
     head += ["cover stands out", "notes, or why not"]
@@ -132,7 +133,8 @@ def section(found: dict[str, tuple[Loading, Loading]]) -> str:
     process = max(again.process for _, again in found.values())
     said = (
         f"{len(loaded)} of {len(found)} load: the first time in {slowest:.1f} s of CPU at most, "
-        f"from the cache in {cached:.2f} s ({process:.2f} s with all imports)."
+        f"from the cache in {cached:.2f} s ({process:.2f} s with all imports). "
+        f"The table has the robots with notes, loose covers or errors, `results/loading.json` all."
     )
     return f"{said}\n\n{table(head, rows)}"
 
