@@ -30,7 +30,7 @@ planning returns a result with a status and a reason; the last section has examp
 In the code, `panda` is `to.load("panda")`, `scene` contains a box named "table", `goal` is a joint position,
 `AT` is a placement, and `problem` is a `to.Problem` of these; `planned(...)` creates it with other arguments.
 
-`python -m tests.mistakes` writes this page, and a test compares it with the actual messages.
+A test compares this page with the actual messages (`python -m tests.mistakes` writes it).
 """
 
 
@@ -40,17 +40,19 @@ class Mistake:
 
     Attributes:
         code: The line.
-        error: Name of the error that it raises; of the status where planning ends without a plan.
+        error: Name of the error that it raises, or of the status if planning ends without a plan.
+        listed: Whether the page lists it; it omits a line whose message resembles another one's.
     """
 
     code: str
     error: str
+    listed: bool = True
 
 
 SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
     "Names": (
         Mistake('to.load("pandas")', "RobotNotFound"),
-        Mistake('to.named_problem("cup_past_pilar")', "ProblemNotFound"),
+        Mistake('to.named_problem("cup_past_pilar")', "ProblemNotFound", listed=False),
         Mistake('panda.group("panda_amr")', "GroupNotFound"),
         Mistake('panda.positions("redy")', "StateNotFound"),
         Mistake('panda.positions({"panda_joint8": 0.1})', "JointNotFound"),
@@ -59,21 +61,21 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
         Mistake('scene.add("table", to.Sphere(0.1))', "DuplicateObject"),
         Mistake('scene.add("panda_hand", to.Sphere(0.1))', "ModelError"),
         Mistake('scene.add("cup", to.Sphere(0.1), AT, frame="tabel")', "FrameNotFound"),
-        Mistake('scene.attach("table", "panda_hnad", placement=AT)', "FrameNotFound"),
+        Mistake('scene.attach("table", "panda_hnad", placement=AT)', "FrameNotFound", listed=False),
         Mistake(
             'scene.attach("table", "panda_hand", placement=AT, touch_links="panda_hand")', "ProblemError"
         ),
-        Mistake('scene.allow("table", "panda_link99")', "FrameNotFound"),
+        Mistake('scene.allow("table", "panda_link99")', "FrameNotFound", listed=False),
         Mistake('scene.with_tool("tcp", on="panda_flange")', "FrameNotFound"),
         Mistake('scene.with_tool("panda_hand", on="panda_link8")', "ModelError"),
         Mistake('to.plan(problem, method="chmop")', "SolverNotFound"),
-        Mistake('planned(goal=to.joint_positions({"panda_joint0": 1.0}))', "JointNotFound"),
-        Mistake('planned(goal=to.frame_placement("panda_tcp", AT))', "FrameNotFound"),
-        Mistake('planned(goal="redy")', "StateNotFound"),
+        Mistake('planned(goal=to.joint_positions({"panda_joint0": 1.0}))', "JointNotFound", listed=False),
+        Mistake('planned(goal=to.frame_placement("panda_tcp", AT))', "FrameNotFound", listed=False),
+        Mistake('planned(goal="redy")', "StateNotFound", listed=False),
         Mistake('planned(goal="open")', "StateNotFound"),
-        Mistake('planned(goal=to.any_of({"home": "redy", "shelf": AT}))', "StateNotFound"),
+        Mistake('planned(goal=to.any_of({"home": "redy", "shelf": AT}))', "StateNotFound", listed=False),
         Mistake('planned(constraints=[to.during(to.gravity_torque(0.5), after="via")])', "WaypointNotFound"),
-        Mistake('planned(start_velocity={"panda_finger_joint1": 0.01})', "JointNotFound"),
+        Mistake('planned(start_velocity={"panda_finger_joint1": 0.01})', "JointNotFound", listed=False),
         Mistake('to.joint_positions({"panda_joint1": 1.0}, below={"panda_joint2": 0.1})', "JointNotFound"),
     ),
     "Units": (
@@ -81,24 +83,28 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
         Mistake("to.placement((0.4, 0, 0.3), quaternion=(0, 0, 0, 0))", "ShapeError"),
         Mistake('scene.add("cup", to.Sphere(0.03), to.placement((400, 0, 300)))', "UnitWarning"),
         Mistake("to.placement((0.4, 0, 0.3), rpy=(180, 0, 0))", "UnitWarning"),
-        Mistake('to.frame_placement("panda_hand", AT, rotation_tolerance=10)', "UnitWarning"),
-        Mistake('to.frame_placement("panda_hand", AT, position_tolerance=5)', "UnitWarning"),
+        Mistake('to.frame_placement("panda_hand", AT, rotation_tolerance=10)', "UnitWarning", listed=False),
+        Mistake('to.frame_placement("panda_hand", AT, position_tolerance=5)', "UnitWarning", listed=False),
         Mistake('to.tool_speed("panda_hand", linear=250)', "UnitWarning"),
         Mistake('to.gaze("panda_hand", (1, 0, 0), angle=30)', "ShapeError"),
-        Mistake('to.point_on_arc("panda_hand", AT, radius=0.1, tolerance=0.001, sweep=90)', "ProblemError"),
+        Mistake(
+            'to.point_on_arc("panda_hand", AT, radius=0.1, tolerance=0.001, sweep=90)',
+            "ProblemError",
+            listed=False,
+        ),
         Mistake('planned(goal=to.joint_positions({"panda_finger_joint1": 2}, degrees=True))', "ProblemError"),
-        Mistake('to.axis_alignment("panda_hand", tolerance=5)', "ShapeError"),
+        Mistake('to.axis_alignment("panda_hand", tolerance=5)', "ShapeError", listed=False),
         Mistake('planned(start_velocity={"panda_joint1": 90})', "ProblemError"),
         Mistake("planned(velocity_scaling=50)", "ProblemError"),
         Mistake("scene.with_margin(-0.01)", "ShapeError"),
-        Mistake('scene.add("brick", to.Box(0.1, 0.1, 0.1), mass=-1)', "ShapeError"),
+        Mistake('scene.add("brick", to.Box(0.1, 0.1, 0.1), mass=-1)', "ShapeError", listed=False),
         Mistake("to.gravity_torque(50)", "ProblemError"),
-        Mistake('to.tool_speed("panda_hand", linear=0)', "ProblemError"),
+        Mistake('to.tool_speed("panda_hand", linear=0)', "ProblemError", listed=False),
     ),
     "Shapes and numbers": (
         Mistake("planned(start=[0.0] * 8)", "ShapeError"),
         Mistake("planned(start=[0.0] * 6)", "ShapeError"),
-        Mistake("planned(start=None)", "ProblemError"),
+        Mistake("planned(start=None)", "ProblemError", listed=False),
         Mistake("planned(start=[np.nan] * 9)", "ShapeError"),
         Mistake("to.plan_once(problem, np.zeros((10, 7)))", "ShapeError"),
         Mistake("to.placement((0.4, 0.3))", "ShapeError"),
@@ -108,7 +114,7 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
             'to.frame_placement("panda_hand", AT, position_tolerance=np.inf, rotation_tolerance=np.inf)',
             "ProblemError",
         ),
-        Mistake('to.axis_alignment("panda_hand", axis=(0, 0, 0), tolerance=0.1)', "ShapeError"),
+        Mistake('to.axis_alignment("panda_hand", axis=(0, 0, 0), tolerance=0.1)', "ShapeError", listed=False),
         Mistake('to.distance_between("panda_hand", "table", lower=0.5, upper=0.1)', "ProblemError"),
         Mistake('to.joint_positions({"panda_joint1": "left"})', "ShapeError"),
         Mistake('to.Trajectory(("a",), [0.0, 1.0, 0.5], [[0.0], [1.0], [2.0]])', "ShapeError"),
@@ -123,20 +129,20 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
         Mistake("to.Problem(scene=panda, start={}, goal=goal)", "ProblemError"),
         Mistake("to.Problem(scene=scene, start={}, goal=goal)", "ProblemError"),
         Mistake("planned(goal=(0.4, 0.0, 0.3))", "ProblemError"),
-        Mistake("planned(goal=[0.0, -0.8, 0.0, -2.4, 0.0])", "ProblemError"),
+        Mistake("planned(goal=[0.0, -0.8, 0.0, -2.4, 0.0])", "ProblemError", listed=False),
         Mistake('planned(goal=AT, group="hand")', "ProblemError"),
         Mistake("planned(goal=[])", "ProblemError"),
-        Mistake('planned(goal=to.any_of({"shelf": 0.4}))', "ProblemError"),
+        Mistake('planned(goal=to.any_of({"shelf": 0.4}))', "ProblemError", listed=False),
         Mistake('planned(constraints=["upright"])', "ProblemError"),
         Mistake("planned(constraints=goal)", "ProblemError"),
-        Mistake("planned(costs=[1.0])", "ProblemError"),
-        Mistake("planned(tool_speed=0.25)", "ProblemError"),
+        Mistake("planned(costs=[1.0])", "ProblemError", listed=False),
+        Mistake("planned(tool_speed=0.25)", "ProblemError", listed=False),
         Mistake("to.joint_positions([0.1, 0.2])", "ProblemError"),
         Mistake("to.plan(scene)", "ProblemError"),
         Mistake("to.plan(problem, rng=42)", "ProblemError"),
-        Mistake("to.plan(problem, budget=2.0)", "ProblemError"),
+        Mistake("to.plan(problem, budget=2.0)", "ProblemError", listed=False),
         Mistake("to.plan(problem, seconds=1.0, budget=to.Budget(seconds=2.0))", "ProblemError"),
-        Mistake("to.examine(problem, np.zeros(7))", "ProblemError"),
+        Mistake("to.examine(problem, np.zeros(7))", "ProblemError", listed=False),
         Mistake('scene.add("cup", "sphere", AT)', "ModelError"),
         Mistake('scene.attach("table", "panda_hand")', "ModelError"),
         Mistake('scene.with_clearance(0.05, "table")', "ModelError"),
@@ -146,7 +152,7 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
     "Files": (
         Mistake('to.load("robots/arm.urdf")', "RobotNotFound"),
         Mistake('to.load("text.urdf")', "FileFormatError"),
-        Mistake('to.load(".")', "FileFormatError"),
+        Mistake('to.load(".")', "FileFormatError", listed=False),
         Mistake('to.load_mesh("bracket.stl")', "MeshFileError"),
         Mistake('read_scene("missing.yaml", panda)', "FileFormatError"),
         Mistake('read_scene("text.urdf", panda)', "FileFormatError"),
@@ -156,20 +162,23 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
         Mistake('planned(goal=to.joint_positions({"panda_joint1": 3.0}))', "GOAL_OUT_OF_LIMITS"),
         Mistake('planned(goal=to.joint_positions({"panda_joint1": 90}))', "GOAL_OUT_OF_LIMITS"),
         Mistake('planned(group="hand", goal={"panda_finger_joint1": 20})', "GOAL_OUT_OF_LIMITS"),
-        Mistake('planned(start={"panda_joint1": 90, "panda_joint4": -90})', "START_OUT_OF_LIMITS"),
+        Mistake(
+            'planned(start={"panda_joint1": 90, "panda_joint4": -90})', "START_OUT_OF_LIMITS", listed=False
+        ),
         Mistake("planned(goal=to.placement((400, 0, 300)))", "NO_INVERSE_KINEMATICS"),
         Mistake(
             'planned(goal=to.frame_placement("panda_hand", to.placement((2.0, 0, 0.5))))',
             "NO_INVERSE_KINEMATICS",
+            listed=False,
         ),
         Mistake(
             'planned(goal=to.frame_placement("panda_hand", to.placement((0.1, 0, 1.15), rpy=(np.pi, 0, 0))))',
             "NO_INVERSE_KINEMATICS",
         ),
         Mistake('planned(start={"panda_joint4": -0.1, "panda_joint2": 1.7})', "START_IN_COLLISION"),
-        Mistake('planned(scene=scene.add("part", to.Box(30, 40, 50)))', "START_IN_COLLISION"),
+        Mistake('planned(scene=scene.add("part", to.Box(30, 40, 50)))', "START_IN_COLLISION", listed=False),
         Mistake("planned(scene=scene.with_clearance(0.12))", "CLEARANCE_IMPOSSIBLE"),
-        Mistake('planned(start={"panda_joint1": 3.0})', "START_OUT_OF_LIMITS"),
+        Mistake('planned(start={"panda_joint1": 3.0})', "START_OUT_OF_LIMITS", listed=False),
         Mistake(
             'planned(goal=to.frame_placement("panda_hand", to.placement((0.5, 0, -0.05))))',
             "GOAL_IN_COLLISION",
@@ -233,6 +242,8 @@ def page() -> str:
     """Return the page."""
     lines, last = [HEAD.rstrip("\n")], ""
     for section, mistake, kind, message in answers():
+        if not mistake.listed:
+            continue
         if section != last:
             lines += ["", f"## {section}", "", "| code | message |", "|---|---|"]
             last = section
