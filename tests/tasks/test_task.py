@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.robots_for_tests import odd_arm
 from trajopt.files.export import export
 from trajopt.planning import Status
 from trajopt.tasks import (
@@ -99,6 +100,27 @@ def test_the_trajectory_is_the_whole_task(carried: TaskResult, tmp_path: Path) -
         begin += segment.duration
     assert export(carried.trajectory, tmp_path / "task.csv", to="csv").path.exists()
     assert json.loads(json.dumps(carried.as_dict()))["verified"] is True
+
+
+@pytest.mark.parametrize("waits", [(), (0.001, 0.3)])
+def test_the_trajectory_of_a_robot_without_jerk_limits_stands_still_between_motions(
+    waits: tuple[float, ...], tmp_path: Path
+) -> None:
+    arm = odd_arm(tmp_path)
+    marker = to.Scene(arm).add("marker", to.Box(0.1, 0.1, 0.1), to.placement((2.0, 0.0, 0.0)))
+    moves = (MoveTo({"pan": 1.0, "reach": 0.2}), MoveObject("marker", to.placement((3.0, 0.0, 0.0))))
+    stages = (*moves, MoveTo({"pan": 0.0}), *map(Dwell, waits), MoveTo({"elbow": 1.0}), Dwell(0.1))
+    result = to.plan(Task(scene=marker, start={}, stages=stages))
+    begin, whole = 0.0, result.trajectory
+    assert whole.duration == pytest.approx(result.duration)
+    for segment in result.segments:
+        ends = begin + segment.trajectory.duration
+        begin += segment.duration
+        still = whole(np.linspace(ends, begin, 50))
+        np.testing.assert_allclose(still, np.broadcast_to(still[0], still.shape), atol=1e-5)
+        assert np.abs(whole(np.linspace(ends, begin, 50), 2)).max() <= arm.limits.acceleration.max() + 1e-6
+    for before, after in pairwise(result.stages):
+        assert before.end == pytest.approx(after.begin)
 
 
 def test_a_page_shows_each_motion_in_the_scene_of_its_time(carried: TaskResult) -> None:

@@ -1,7 +1,7 @@
 """Result of a task: its motions in order with the times of its stages, or the reason why there are none."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,9 +13,13 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.tasks.grasping.result import PickPlaceResult, Segment, Stage
+from trajopt.timing.time_scaling import JOLT, after_standing, standing
 from trajopt.values.arrays import Floats, Ints, Value, readonly
 from trajopt.values.errors import NameNotFound, PlanningFailed, shown
 from trajopt.values.trajectory import Trajectory
+
+SETTLING = 2.0 * JOLT
+"""Rest between two motions in which accelerations at their ends decay and build up [s]."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,16 @@ class TaskSegment(Value):
     def duration(self) -> float:
         """Of motion and rest [s]."""
         return self.trajectory.duration + self.rest
+
+    def settled(self) -> "TaskSegment":
+        """Return the motion with a rest of at least `SETTLING`, if the robot has joints without a jerk limit.
+
+        These end braking, and begin the next motion accelerating.
+        """
+        missing = SETTLING - self.rest
+        if missing <= 0.0 or np.isfinite(self.result.problem.scene.robot.limits.jerk).all():
+            return self
+        return replace(self, pauses=(StageRest("", missing), *self.pauses))
 
     def positions(self, time: float) -> Floats:
         """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
@@ -226,12 +240,11 @@ class TaskResult(Value):
             for name in robot.joint_names
             if any(name in segment.result.problem.reduced.joint_names for segment in segments)
         )
-        whole: Trajectory | None = None
-        for segment in segments:
-            part = _of_joints(segment, joints, robot.index(joints))
-            whole = part if whole is None else whole.followed_by(part)
-        assert whole is not None
-        return whole
+        parts = [_of_joints(segment, joints, robot.index(joints)) for segment in segments]
+        whole = parts[0]
+        for before, part in zip(segments, parts[1:], strict=False):
+            whole = after_standing(whole, before.rest, part) if before.rest else whole.followed_by(part)
+        return standing(whole, segments[-1].rest) if segments[-1].rest else whole
 
     def handling(self, name: str) -> PickPlaceResult:
         """Return the part of the task in which an object is picked and placed last, for `simulate_handling`.
@@ -348,12 +361,6 @@ def _of_joints(segment: TaskSegment, joints: tuple[str, ...], index: Ints) -> Tr
     velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
     positions[:, columns] = moving.positions
     velocities[:, columns], accelerations[:, columns] = moving.velocities, moving.accelerations
-    times = moving.times
-    if segment.rest > 0.0:
-        times = np.append(times, segment.duration)
-        positions = np.concatenate((positions, positions[-1:]))
-        velocities = np.concatenate((velocities, np.zeros_like(velocities[:1])))
-        accelerations = np.concatenate((accelerations, np.zeros_like(accelerations[:1])))
     return Trajectory(
-        joints, readonly(times), readonly(positions), readonly(velocities), readonly(accelerations)
+        joints, moving.times, readonly(positions), readonly(velocities), readonly(accelerations)
     )

@@ -23,7 +23,7 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.grasping.task import ATTEMPTS, later
-from trajopt.tasks.result import Handling, StageRefusal, StageRest, TaskSegment
+from trajopt.tasks.result import SETTLING, Handling, StageRefusal, StageRest, TaskSegment
 from trajopt.tasks.tour import travel_time
 from trajopt.values.arrays import Floats
 
@@ -80,7 +80,7 @@ class TaskState:
             self,
             positions=segment.end,
             rested=segment.end,
-            segments=(*self.segments, segment),
+            segments=(*self.segments, segment.settled()),
             legs=(),
             lifting=(),
         )
@@ -275,7 +275,7 @@ class TaskSearch:
             velocity_scaling=options.velocity_scaling,
             acceleration_scaling=options.acceleration_scaling,
             tool_speed=options.tool_speed,
-            dwell=rest if scene.changing else 0.0,
+            dwell=max(rest, SETTLING) if scene.changing else 0.0,
             name=legs[-1].stage,
         )
 

@@ -265,17 +265,26 @@ def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
     )
 
 
-def after_standing(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:
-    """Concatenate two motions, at rest where they meet, with a wait of more than `JOLT` [s] between them."""
-    rest = np.zeros((1, first.positions.shape[1]))
-    stood = Trajectory(
-        first.joint_names,
-        np.append(first.times, first.duration + JOLT),
-        np.concatenate((first.positions, first.positions[-1:])),
-        None if first.velocities is None else np.concatenate((first.velocities, rest)),
-        None if first.accelerations is None else np.concatenate((first.accelerations, rest)),
+def standing(trajectory: Trajectory, wait: float) -> Trajectory:
+    """Return a motion, at rest at its end, that waits there for a time [s].
+
+    An acceleration at its end decays in `JOLT`, or in a shorter wait.
+    """
+    after = [JOLT, wait] if wait > JOLT else [wait]
+    still = np.zeros((len(after), trajectory.positions.shape[1]))
+    rates = (trajectory.velocities, trajectory.accelerations)
+    return Trajectory(
+        trajectory.joint_names,
+        np.concatenate((trajectory.times, trajectory.duration + np.array(after))),
+        np.concatenate((trajectory.positions, still + trajectory.positions[-1])),
+        *(None if rows is None else np.concatenate((rows, still)) for rows in rates),
     )
-    return stood.followed_by(begun_later(second, gap - JOLT))
+
+
+def after_standing(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:
+    """Concatenate two motions, at rest where they meet, with a wait between them [s]."""
+    ends = min(JOLT, gap / 2.0)
+    return standing(first, ends).followed_by(begun_later(second, gap - ends))
 
 
 def in_turn(first: Trajectory, second: Trajectory) -> Trajectory:
