@@ -5,6 +5,7 @@ import json
 import runpy
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -31,9 +32,13 @@ class Proof:
         length = int(head.split()[1])
         return Proof(json.loads(rest[:length]), rest[length + 32 :])
 
-    def write(self, path: Path) -> Path:
+    @property
+    def data(self) -> bytes:
         said = json.dumps(self.statement).encode()
-        path.write_bytes(b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + self.witness)
+        return b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + self.witness
+
+    def write(self, path: Path) -> Path:
+        path.write_bytes(self.data)
         return path
 
 
@@ -49,8 +54,8 @@ class Checker:
         return self.examined(path)[1]
 
 
-@pytest.fixture(scope="session")
-def checker() -> Iterator[Checker]:
+@contextmanager
+def loaded_checker() -> Iterator[Checker]:
     """Load the checker as `python -I checker` does; its modules have short names, which are taken back."""
     names = {path.stem for path in CHECKER.glob("*.py")} - {"__main__"}
     before = set(sys.modules)
@@ -58,6 +63,12 @@ def checker() -> Iterator[Checker]:
     loaded = {name: sys.modules.pop(name) for name in names & (set(sys.modules) - before)}
     assert set(loaded) == names
     yield Checker(loaded, main["Malformed"], main["examined"])
+
+
+@pytest.fixture(scope="session")
+def checker() -> Iterator[Checker]:
+    with loaded_checker() as found:
+        yield found
 
 
 def planned(problem: to.Problem, path: Path) -> Proof:

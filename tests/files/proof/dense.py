@@ -3,7 +3,8 @@
 scipy interpolates, Coal measures distances, and Pinocchio computes torques.
 """
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any
 
@@ -11,6 +12,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 from scipy.interpolate import BPoly
+from scipy.optimize import nnls
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
@@ -80,6 +82,8 @@ def refuted(statement: Document, samples: int = 100) -> Iterator[str]:
                 yield f"{joint['name']} passes its limit of {name}"
     yield from _ends(statement, motion)
     yield from _heavy(statement, times)
+    yield from _unmet(statement, times)
+    yield from _left_out(statement)
     yield from _near(statement, times)
 
 
@@ -89,16 +93,115 @@ def _ends(statement: Document, motion: Callable[..., Numbers]) -> Iterator[str]:
         yield "it starts elsewhere"
     if (np.abs(motion(0.0, 1)[own] - ends["velocities"]) > ends["speed"] + 1e-12).any():
         yield "it starts at another speed"
-    for each in of_kind(statement, "joint positions"):
-        for number, low, high in each["ranges"]:
-            joint = statement["joints"][number - 1]
-            at = (
-                joint["factor"] * motion(statement["motion"]["times"][-1])[joint["coordinate"]]
-                + joint["offset"]
-            )
-            slack = statement["excess"] + 1e-12
-            if (low is not None and at < low - slack) or (high is not None and at > high + slack):
-                yield f"joint {number} ends elsewhere"
+    last = statement["motion"]["times"][-1]
+    if ends["rests"] and (np.abs(motion(last, 1)[own]) > ends["speed"] + 1e-12).any():
+        yield "it does not end at rest"
+    start = motion(0.0, 2)[own] - ends["accelerations"]
+    if any(ends["accelerations"]) and (np.abs(start) > ends["speed"] + 1e-9).any():
+        yield "it starts with another acceleration"
+    jumps = [start, motion(last, 2)[own] * ends["rests"]]
+    for joint in statement["joints"]:
+        if joint["jerk"] is not None:
+            jump = max(abs(joint["factor"] * each[joint["coordinate"]]) for each in jumps)
+            scale = joint["jerk"] if joint["acceleration"] is None else joint["acceleration"]
+            if jump > statement["excess"] * scale + 1e-9:
+                yield f"the acceleration of {joint['name']} jumps"
+
+
+def _unmet(statement: Document, times: Numbers) -> Iterator[str]:
+    """Yield requirements, but for torque, that do not hold at some time."""
+    for each in statement["requirements"]:
+        asked = times if each.get("always", each["kind"] == "tool speed") else times[-1:]
+        if each["kind"] in EXCEEDED and (EXCEEDED[each["kind"]](statement, each, asked) > 1e-9).any():
+            yield f"{each['kind']} is not met"
+
+
+def _off_range(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    coordinates = curve(statement)(times)
+    off = [np.zeros(len(times))]
+    for number, low, high in rule["ranges"]:
+        joint = statement["joints"][number - 1]
+        at = joint["factor"] * coordinates[:, joint["coordinate"]] + joint["offset"] - statement["excess"]
+        off += [] if high is None else [at - high]
+        off += [] if low is None else [low - at - 2.0 * statement["excess"]]
+    return np.max(off, axis=0)
+
+
+def _off_axis(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    turns, _ = placed(statement, times)
+    axis, along = (np.array(rule[name], dtype=float) for name in ("axis", "direction"))
+    seen = [turns[:, rule["joint"]] @ (axis / np.linalg.norm(axis)), turns[:, rule["reference"]] @ along]
+    aside = np.linalg.norm(np.cross(*seen), axis=1)
+    return np.arctan2(aside, np.einsum("ti,ti->t", *seen)) - rule["tolerance"] - statement["excess"]
+
+
+def _out_of_region(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    _, point = _posed(statement, rule["place"], times)
+    depth: list[Numbers] = []
+    for kind, sizes, place in rule["members"]:
+        turn, origin = _posed(statement, place, times)
+        local = np.einsum("tij,ti->tj", turn, point - origin)
+        depth.append(DEPTHS[kind](local, np.array(sizes, dtype=float)))
+    return np.min(depth, axis=0) - statement["excess"]
+
+
+DEPTHS: dict[str, Callable[[Numbers, Numbers], Numbers]] = {
+    "box": lambda local, sizes: (np.abs(local) - sizes / 2.0).max(axis=1),
+    "sphere": lambda local, sizes: np.linalg.norm(local, axis=1) - sizes[0],
+    "cylinder": lambda local, sizes: np.maximum(
+        np.linalg.norm(local[:, :2], axis=1) - sizes[0], np.abs(local[:, 2]) - sizes[1] / 2.0
+    ),
+    "half-space": lambda local, _: local[:, 2],
+}
+"""Shapes -> how far points are outside, negative inside."""
+
+
+def _misplaced(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    (turn, origin), (goal, middle) = (_posed(statement, rule[name], times) for name in ("place", "goal"))
+    off = np.einsum("tij,ti->tj", goal, origin - middle)
+    vector = Rotation.from_matrix(goal.swapaxes(1, 2) @ turn).as_rotvec()
+    most = [np.inf if size is None else size for size in (*rule["position"], *rule["rotation"])]
+    return (np.abs(np.hstack((off, vector))) - most).max(axis=1) - statement["excess"]
+
+
+def _too_fast(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    step, inner = 1e-5, times[1:-1]
+    ends = [_posed(statement, rule["place"], inner + side)[1] for side in (-step, step)]
+    speed = np.linalg.norm(ends[1] - ends[0], axis=1) / (2.0 * step)
+    return speed * (1.0 - 1e-6) - rule["limit"] - statement["excess"] - 1e-6
+
+
+EXCEEDED: dict[str, Callable[[Document, Document, Numbers], Numbers]] = {
+    "joint positions": _off_range,
+    "axis alignment": _off_axis,
+    "position in region": _out_of_region,
+    "frame placement": _misplaced,
+    "tool speed": _too_fast,
+}
+"""Kinds of requirements -> by how much each is exceeded at times."""
+
+
+def _posed(statement: Document, place: Document, times: Numbers) -> tuple[Numbers, Numbers]:
+    turns, origins = placed(statement, times)
+    turn = turns[:, place["joint"]]
+    return turn @ rotation(place), origins[:, place["joint"]] + turn @ np.array(place["translation"])
+
+
+def _left_out(statement: Document) -> Iterator[str]:
+    """Yield parts that the robot moves against each other, and that are neither a pair nor excused."""
+    joints, own = statement["joints"], len(statement["motion"]["coordinates"])
+    moved = [False]
+    for joint in joints:
+        moved.append(moved[joint["place"]["joint"]] or joint["coordinate"] < own)
+    listed = {frozenset(pair[:2]) for pair in statement["pairs"]}
+    excused = {frozenset(row[:2]) for row in statement["excused"]}
+    for one, first in enumerate(statement["parts"]):
+        for other, second in enumerate(statement["parts"][:one]):
+            owners = frozenset((first["owner"], second["owner"]))
+            on = first["place"]["joint"], second["place"]["joint"]
+            due = len(owners) == 2 and on[0] != on[1] and (moved[on[0]] or moved[on[1]])
+            if due and owners not in excused and frozenset((one, other)) not in listed:
+                yield f"{' and '.join(owners)} are left out"
 
 
 def of_kind(statement: Document, kind: str) -> list[Document]:
@@ -145,31 +248,78 @@ def heavy_model(statement: Document, rule: Document) -> pin.Model:
 def _near(statement: Document, times: Numbers) -> Iterator[str]:
     turns, origins = placed(statement, times)
     parts = statement["parts"]
+    shapes = [shape(freeze(part["shape"])) for part in parts]
+    centres = [
+        _centres(part, turns, origins, geometry) for part, (geometry, _) in zip(parts, shapes, strict=True)
+    ]
     for one, other, required in statement["pairs"]:
-        for place in there(statement, [parts[part]["owner"] for part in (one, other)], times):
-            shapes = [shape(freeze(parts[part]["shape"])) for part in (one, other)]
+        owners = [parts[part]["owner"] for part in (one, other)]
+        present = there(statement, owners, times)
+        needed = required + sum(error_at(statement, owner, times) for owner in owners) - TOUCH
+        needed = needed + shapes[one][1] + shapes[other][1]
+        reach = shapes[one][0].aabb_radius + shapes[other][0].aabb_radius
+        far = np.linalg.norm(centres[one] - centres[other], axis=1) - reach >= needed
+        for place in np.flatnonzero(~far & present).tolist():
             spots = [at(parts[part]["place"], turns[place], origins[place]) for part in (one, other)]
             request, result = coal.DistanceRequest(), coal.DistanceResult()
-            distance = coal.distance(shapes[0][0], spots[0], shapes[1][0], spots[1], request, result)
-            error = sum(error_at(statement, parts[part]["owner"], times[place]) for part in (one, other))
-            if distance - shapes[0][1] - shapes[1][1] < required + error - TOUCH:
-                yield f"{parts[one]['owner']} and {parts[other]['owner']} at {times[place]:.4f} s"
-                return
+            distance = coal.distance(shapes[one][0], spots[0], shapes[other][0], spots[1], request, result)
+            if distance < needed[place] and _meet(
+                shapes[one][0], spots[0], shapes[other][0], spots[1], needed[place]
+            ):
+                yield f"{' and '.join(owners)} at {times[place]:.4f} s"
+                break
 
 
-def there(statement: Document, owners: list[str], times: Numbers) -> list[int]:
-    """Return the places of the times at which all of some owners are there."""
+def _meet(
+    one: coal.CollisionGeometry,
+    at_one: coal.Transform3s,
+    other: coal.CollisionGeometry,
+    at_other: coal.Transform3s,
+    needed: float,
+) -> bool:
+    """Return whether two shapes have points that are nearer than a distance: Coal may err for huge shapes.
+
+    The points are convex combinations of vertices, of least squares with weights that are not negative.
+    """
+    if isinstance(one, coal.Halfspace) or isinstance(other, coal.Halfspace):
+        return True
+    sides = [
+        np.asarray(shape.points()) @ place.getRotation().T + place.getTranslation()
+        for shape, place in ((one, at_one), (other, at_other))
+    ]
+    middle = np.median(np.vstack(sides), axis=0)
+    first, second = (side - middle for side in sides)
+    scale = 1.0 + max(np.abs(first).max(), np.abs(second).max())
+    rows = np.hstack((first.T, -second.T)) / scale
+    ones = np.repeat(np.eye(2), [len(first), len(second)], axis=1)
+    weights, _ = nnls(np.vstack((rows, ones)), np.array((0.0, 0.0, 0.0, 1.0, 1.0)))
+    shares = weights[: len(first)], weights[len(first) :]
+    if min(share.sum() for share in shares) < 0.5:
+        return False
+    points = [(share / share.sum()) @ side for share, side in zip(shares, (first, second), strict=True)]
+    return bool(np.linalg.norm(points[0] - points[1]) < needed + 1e-9)
+
+
+def _centres(part: Document, turns: Numbers, origins: Numbers, geometry: coal.CollisionGeometry) -> Numbers:
+    place = part["place"]
+    centre = geometry.aabb_center if np.isfinite(geometry.aabb_radius) else np.zeros(3)
+    local = rotation(place) @ centre + np.array(place["translation"])
+    return origins[:, place["joint"]] + turns[:, place["joint"]] @ local
+
+
+def there(statement: Document, owners: list[str], times: Numbers) -> Numbers:
+    """Return at which times all of some owners are there."""
     present = np.ones(len(times), dtype=bool)
     for owner, appears, expires, _ in statement["changes"]:
         if owner in owners:
             present &= times > (-np.inf if appears is None else appears)
             present &= times < (np.inf if expires is None else expires)
-    return np.flatnonzero(present).tolist()
+    return present
 
 
-def error_at(statement: Document, owner: str, time: float) -> float:
+def error_at(statement: Document, owner: str, time: Numbers) -> Numbers:
     errors = [error for name, _, _, error in statement["changes"] if name == owner]
-    return sum(r + v * time + a * time**2 / 2.0 for r, v, a in errors)
+    return sum((r + v * time + a * time**2 / 2.0 for r, v, a in errors), np.zeros(len(time)))
 
 
 def at(place: Document, turns: Numbers, origins: Numbers) -> coal.Transform3s:
@@ -187,7 +337,14 @@ def freeze(value: Any) -> Any:
 @cache
 def shape(frozen: Any) -> tuple[coal.CollisionGeometry, float]:
     """Return a convex shape inside of a stated one, and the radius around it."""
-    stated = dict(frozen)
+    found, radius = _shape(dict(frozen))
+    found.computeLocalAABB()
+    return found, radius
+
+
+def _shape(stated: Document) -> tuple[coal.CollisionGeometry, float]:
+    if stated["kind"] == "half-space":
+        return coal.Halfspace(np.array((0.0, 0.0, 1.0)), 0.0), 0.0
     if stated["kind"] == "frustum":
         angles = np.linspace(0.0, 2.0 * np.pi, 65)[:-1]
         rims = [
@@ -196,14 +353,17 @@ def shape(frozen: Any) -> tuple[coal.CollisionGeometry, float]:
         ]
         return hull(np.vstack(rims)), 0.0
     vertices = np.array(stated["vertices"], dtype=float)
-    if len(vertices) == 1:
-        return coal.Sphere(1e-12), stated["radius"]
+    if len(vertices) < 4:
+        return convex(np.repeat(vertices, 4, axis=0), itertools.combinations(range(4), 3)), stated["radius"]
     return hull(vertices), stated["radius"]
 
 
 def hull(points: Numbers) -> coal.CollisionGeometry:
-    found = ConvexHull(points, qhull_options="QJ")
+    return convex(points, ConvexHull(points, qhull_options="QJ").simplices.tolist())
+
+
+def convex(points: Numbers, triangles: Iterable[Sequence[int]]) -> coal.CollisionGeometry:
     vertices, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     vertices.extend(points)
-    faces.extend([coal.Triangle(*map(int, face)) for face in found.simplices])
+    faces.extend([coal.Triangle(*face) for face in triangles])
     return coal.Convex(vertices, faces)

@@ -187,7 +187,7 @@ def test_truncated_files_are_refused(tmp_path: Path, checker: Checker, planar: P
         with pytest.raises(checker.malformed):
             checker.fault(tmp_path / "x.proof")
     (tmp_path / "x.proof").write_bytes(data + b"\0")
-    with pytest.raises(checker.malformed, match="length"):
+    with pytest.raises(checker.malformed, match="longer"):
         checker.fault(tmp_path / "x.proof")
 
 

@@ -5,7 +5,6 @@ not; 2: the file is not a proof of the format.
 """
 
 import sys
-from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
@@ -19,8 +18,7 @@ import rule_region
 import rule_tool_speed
 import rule_torque
 from kinematics import GridKinematics
-from reading import Malformed, one_of, open_file
-from requirement import StatedRequirement
+from reading import Malformed, demand, one_of, open_file
 from statement import Change, Statement, read_statement
 from witness import read_witness
 
@@ -40,7 +38,7 @@ def examined(path: Path) -> tuple[str, str]:
     found, data = open_file(path)
     statement = read_statement(found)
     requirements = [
-        RULES[one_of("kind of a requirement", each.get("kind"), RULES)](each, statement)
+        RULES[one_of(RULES)("kind of a requirement", each.get("kind"))](each, statement)
         for each in statement.requirements
     ]
     witness = read_witness(data, statement)
@@ -48,17 +46,10 @@ def examined(path: Path) -> tuple[str, str]:
         arm = GridKinematics(statement, witness.grid)
         faults = chain(
             limits.check(statement, arm),
-            (fault for each in requirements for fault in _missed(each, arm)),
+            (fault for each in requirements for fault in arm.unshown(each.holds(arm), each.words)),
             clearance.check(statement, witness, arm),
         )
         return in_words(statement, [each.words for each in requirements]), next(faults, "")
-
-
-def _missed(requirement: StatedRequirement, arm: GridKinematics) -> Iterator[str]:
-    holds = requirement.holds(arm)
-    for cell in np.flatnonzero(~holds)[:1].tolist():
-        near = f" from {arm.grid[cell]:.6g} to {arm.grid[cell + 1]:.6g} s" if len(holds) > 1 else ""
-        yield f"it is not shown that {requirement.words}{near}"
 
 
 def in_words(statement: Statement, rules: list[str]) -> str:
@@ -88,8 +79,7 @@ def _in_words(change: Change) -> str:
 def main(arguments: list[str]) -> int:
     """Check the file that is named; return the exit status."""
     try:
-        if len(arguments) != 1:
-            raise Malformed("usage: python -I checker FILE.proof")
+        demand(len(arguments) == 1, "usage: python -I checker FILE.proof")
         words, fault = examined(Path(arguments[0]))
     except Malformed as error:
         sys.stderr.write(f"{error}\n")

@@ -7,6 +7,7 @@ so refuses the proof.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -49,16 +50,21 @@ class Interval:
         return Interval(-self.high, -self.low)
 
     def __mul__(self, other: Interval) -> Interval:
-        a, b, c, d = (one * two for one in (self.low, self.high) for two in (other.low, other.high))
-        low = np.minimum(np.minimum(a, b), np.minimum(c, d))
-        return Interval(down(low), up(np.maximum(np.maximum(a, b), np.maximum(c, d))))
+        return self._at_corners(np.multiply, other)
 
     def __truediv__(self, other: Interval) -> Interval:
         """Bound all quotients by positive numbers; not a number if the divisor may not be positive."""
         positive = np.where(other.low > 0.0, 1.0, np.nan)
-        a, b, c, d = (one / two for one in (self.low, self.high) for two in (other.low, other.high))
-        low = np.minimum(np.minimum(a, b), np.minimum(c, d))
-        return Interval(down(low) * positive, up(np.maximum(np.maximum(a, b), np.maximum(c, d))) * positive)
+        return self._at_corners(np.divide, Interval(other.low * positive, other.high * positive))
+
+    def _at_corners(self, operation: Callable[[Floats, Floats], Floats], other: Interval) -> Interval:
+        a, b = operation(self.low, other.low), operation(self.low, other.high)
+        c, d = operation(self.high, other.low), operation(self.high, other.high)
+        low, high = (
+            np.minimum(np.minimum(a, b), np.minimum(c, d)),
+            np.maximum(np.maximum(a, b), np.maximum(c, d)),
+        )
+        return Interval(down(low), up(high))
 
     def __getitem__(self, key: Any) -> Interval:
         return Interval(self.low[key], self.high[key])
@@ -69,7 +75,7 @@ class Interval:
 
     @property
     def transposed(self) -> Interval:
-        return Interval(self.low.swapaxes(-1, -2), self.high.swapaxes(-1, -2))
+        return on_bounds(lambda bounds: bounds[0].swapaxes(-1, -2), [self])
 
     def sum(self) -> Interval:
         total = self[..., 0]
@@ -78,11 +84,8 @@ class Interval:
         return total
 
     def norm(self) -> Interval:
-        least = np.where(
-            (self.low <= 0.0) & (self.high >= 0.0), 0.0, np.minimum(abs(self.low), abs(self.high))
-        )
-        magnitude = Interval(least + 0.0 * self.low, self.size)
-        square = (magnitude * magnitude).sum()
+        distance = Interval(np.maximum(np.maximum(self.low, -self.high), 0.0), self.size)
+        square = (distance * distance).sum()
         return Interval(np.maximum(down(np.sqrt(np.maximum(square.low, 0.0))), 0.0), up(np.sqrt(square.high)))
 
 
@@ -91,16 +94,24 @@ def exactly(values: ArrayLike) -> Interval:
     return Interval(array, array)
 
 
-def joined(parts: list[Interval], axis: int) -> Interval:
+def on_bounds(function: Callable[[list[Floats]], Floats], parts: Sequence[Interval]) -> Interval:
+    """Apply a function that orders, joins or repeats numbers to the lower and to the upper bounds."""
+    return Interval(function([part.low for part in parts]), function([part.high for part in parts]))
+
+
+def joined(parts: Sequence[Interval], axis: int) -> Interval:
     """Stack intervals along a new axis."""
-    return Interval(np.stack([p.low for p in parts], axis), np.stack([p.high for p in parts], axis))
+    return on_bounds(lambda bounds: np.stack(bounds, axis), parts)
+
+
+def hull(parts: Sequence[Interval]) -> Interval:
+    """Return the smallest intervals that contain those of some arrays."""
+    every = joined(parts, 0)
+    return Interval(every.low.min(axis=0), every.high.max(axis=0))
 
 
 def product(matrix: Interval, other: Interval) -> Interval:
-    total = matrix[..., :, 0, None] * other[..., None, 0, :]
-    for inner in range(1, matrix.low.shape[-1]):
-        total = total + matrix[..., :, inner, None] * other[..., None, inner, :]
-    return total
+    return (matrix[..., :, None, :] * other.transposed[..., None, :, :]).sum()
 
 
 def turned(matrix: Interval, vector: Interval) -> Interval:
@@ -123,17 +134,31 @@ def normalised(vector: ArrayLike) -> Interval:
     return exact / exact.norm()[..., None]
 
 
+def skew(vector: Interval) -> Interval:
+    """Return the matrix (3, 3) that takes the cross product with a vector."""
+    return cross(vector[None], exactly(np.eye(3))).transposed
+
+
+def rotation_of(quaternion: ArrayLike) -> Interval:
+    """Return the rotation matrix (3, 3) of a quaternion w, x, y, z of any length but zero (Rodrigues)."""
+    unit = normalised(quaternion)
+    across = skew(unit[1:])
+    return exactly(np.eye(3)) + (across * unit[0] + product(across, across)) * exactly(2.0)
+
+
 def sine_and_cosine(angles: Interval) -> tuple[Interval, Interval]:
     """Bound sines and cosines of intervals (n,): at their middles, widened by half their widths."""
     middle = angles.low + (angles.high - angles.low) / 2.0
     radius = up(np.maximum(up(angles.high - middle), up(middle - angles.low)))
     found = [arb(value).sin_cos() if np.isfinite(value) else (arb("nan"),) * 2 for value in middle.tolist()]
-    bounds = [[enclosed(each[which]) for each in found] for which in (0, 1)]
-    sine, cosine = (np.array(side, dtype=np.float64).reshape(-1, 2) for side in bounds)
-    return tuple(
-        Interval(np.maximum(down(side[:, 0] - radius), -1.0), np.minimum(up(side[:, 1] + radius), 1.0))
-        for side in (sine, cosine)
-    )  # pyright: ignore[reportReturnType]
+    sides = np.array([[enclosed(side) for side in each] for each in found], dtype=np.float64).reshape(
+        -1, 2, 2
+    )
+    low, high = (
+        np.maximum(down(sides[..., 0].T - radius), -1.0),
+        np.minimum(up(sides[..., 1].T + radius), 1.0),
+    )
+    return Interval(low[0], high[0]), Interval(low[1], high[1])
 
 
 def enclosed(ball: arb) -> tuple[float, float]:

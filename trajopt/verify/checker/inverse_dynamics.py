@@ -11,7 +11,7 @@ from operator import mul
 from typing import TypeAlias
 
 import numpy as np
-from intervals import Floats, Interval, cross, dot, exactly, normalised, turned
+from intervals import Floats, Interval, cross, dot, exactly, turned
 from kinematics import slide, turning
 from series import Series, constant, sine_and_cosine_of
 from statement import StatedJoint, Statement
@@ -80,8 +80,7 @@ def _of_joints(joints: list[StatedJoint], masses: Masses, motion: list[State]) -
         push.append(_turned(inward, push[parent] + _accelerated(spin[parent], swing[parent], shift)))
         spin.append(_turned(inward, spin[parent]))
         swing.append(_turned(inward, swing[parent]))
-        axis = normalised(joint.axis)
-        rate, increase = _along(axis, velocity), _along(axis, acceleration)
+        rate, increase = _along(joint.axis, velocity), _along(joint.axis, acceleration)
         aside = _cross(spin[-1], rate)
         if joint.turns:
             spin[-1], swing[-1] = spin[-1] + rate, swing[-1] + aside + increase
@@ -98,7 +97,7 @@ def _of_joints(joints: list[StatedJoint], masses: Masses, motion: list[State]) -
     for number in range(len(joints), 0, -1):
         joint, (turn, shift) = joints[number - 1], places[number - 1]
         borne = moment[number] if joint.turns else force[number]
-        found.insert(0, borne.times(dot, Series((normalised(joint.axis),))))
+        found.insert(0, borne.times(dot, Series((joint.axis,))))
         outer, parent = _turned(turn, force[number]), joint.place.joint
         force[parent] = force[parent] + outer
         moment[parent] = moment[parent] + _turned(turn, moment[number]) + _cross(shift, outer)
@@ -111,7 +110,7 @@ def _placed(joint: StatedJoint, position: Series) -> tuple[Series, Series]:
     sine, cosine = sine_and_cosine_of(position)
     turn = sine.map(lambda each: each[:, None, None] * of_sine)
     turn = turn + cosine.map(lambda each: each[:, None, None] * of_cosine) + Series((still,))
-    return turn, constant(joint.place.translation) + _along(slide(joint), position)
+    return turn, Series((joint.place.translation,)) + _along(slide(joint), position)
 
 
 def _along(axis: Interval, size: Series) -> Series:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import intervals
@@ -42,6 +43,8 @@ class GridKinematics:
         rotation: Of the world's and each joint's frame at each time, shape (g, joints + 1, 3, 3).
         translation: Of their origins, shape (g, joints + 1, 3) [m].
         carried_by: Whether a joint (row) is, or hangs on, another (column); all hang on the world, number 0.
+        driven: Whether a joint or the world follows time, (joints + 1,).
+        moved: Likewise, whether the robot's coordinates move it.
         rates: Largest velocity, acceleration and jerk of each joint in each cell, (g - 1, joints + 1) each.
     """
 
@@ -49,8 +52,8 @@ class GridKinematics:
         self.statement, self.grid = statement, grid
         self.motion = motion_on(statement, grid)
         count, joints = len(grid), statement.joints
-        turns = [Interval(*(np.broadcast_to(np.eye(3), (count, 3, 3)),) * 2)]
-        origins = [Interval(*(np.zeros((count, 3)),) * 2)]
+        turns = [exactly(np.broadcast_to(np.eye(3), (count, 3, 3)))]
+        origins = [exactly(np.zeros((count, 3)))]
         self.carried_by = np.zeros((len(joints) + 1,) * 2, dtype=np.bool_)
         self.carried_by[:, 0] = True
         for number, joint in enumerate(joints, start=1):
@@ -62,17 +65,25 @@ class GridKinematics:
             self.carried_by[number] = self.carried_by[parent]
             self.carried_by[number, number] = True
         self.rotation, self.translation = intervals.joined(turns, 1), intervals.joined(origins, 1)
-        follows = [joint.coordinate for joint in joints]
+        follows, own = [joint.coordinate for joint in joints], len(statement.curve.coordinates)
+        by_time = np.array([False, *(coordinate >= own for coordinate in follows)])
+        self.driven = np.any(self.carried_by & by_time, axis=1)
+        self.moved = np.any((self.carried_by & ~by_time)[:, 1:], axis=1)
         factors = np.array([joint.factor for joint in joints], dtype=np.float64)
         self.rates = tuple(
             np.pad(up(bound.size[:, follows] * np.abs(factors)), ((0, 0), (1, 0)))
             for bound in self.motion.bounds[1:4]
         )
 
+    def unshown(self, holds: NDArray[np.bool_], words: str) -> Iterator[str]:
+        """Yield a sentence for the first cell in which something does not hold, or the end if that is all."""
+        for cell in np.flatnonzero(~holds)[:1].tolist():
+            span = f" from {self.grid[cell]:.6g} to {self.grid[cell + 1]:.6g} s" if len(holds) > 1 else ""
+            yield f"it is not shown that {words}{span}"
+
     def placed(self, place: FixedPlace) -> tuple[Interval, Interval]:
         turn, origin = self.rotation[:, place.joint], self.translation[:, place.joint]
-        shift = turned(turn, exactly(place.translation))
-        return intervals.product(turn, rotation_of(place.rotation)), origin + shift
+        return intervals.product(turn, place.rotation), origin + turned(turn, place.translation)
 
     def shared(self, one: Rows, other: Rows) -> Rows:
         both = self.carried_by[one] & self.carried_by[other]
@@ -111,21 +122,10 @@ class GridKinematics:
         return PointTravel(v * SAFE, u * SAFE, k * SAFE)
 
     def axis(self, joint: int) -> Interval:
-        return turned(self.rotation[:, joint], intervals.normalised(self.statement.joints[joint - 1].axis))
+        return turned(self.rotation[:, joint], self.statement.joints[joint - 1].axis)
 
     def _lever(self, joint: int, point: Interval) -> Floats:
         return intervals.cross(point - self.translation[:, joint], self.axis(joint)).norm().high
-
-    def point_velocity(self, joint: int, point: Interval) -> Interval:
-        """Return the velocity of a point that a joint carries at all times, shape (g, 3) [m/s]."""
-        total = exactly(np.zeros_like(point.low))
-        while joint > 0:
-            stated = self.statement.joints[joint - 1]
-            rate = self.motion.velocities[:, stated.coordinate, None] * exactly(stated.factor)
-            axis = self.axis(joint)
-            along = intervals.cross(axis, point - self.translation[:, joint]) if stated.turns else axis
-            total, joint = total + along * rate, stated.place.joint
-        return total
 
 
 def largest(values: Floats, begin: Rows, end: Rows) -> Floats:
@@ -134,39 +134,22 @@ def largest(values: Floats, begin: Rows, end: Rows) -> Floats:
     return np.maximum.reduceat(padded, np.stack((begin, end), axis=1).ravel(), axis=0)[::2]
 
 
-def rotation_of(quaternion: Floats) -> Interval:
-    """Return the rotation matrix (3, 3) of a quaternion of any length but zero."""
-    unit = intervals.normalised(quaternion)
-    w, x, y, z = (unit[place] for place in range(4))
-    one, two = exactly(1.0), exactly(2.0)
-    rows = [
-        [one - two * (y * y + z * z), two * (x * y - w * z), two * (x * z + w * y)],
-        [two * (x * y + w * z), one - two * (x * x + z * z), two * (y * z - w * x)],
-        [two * (x * z - w * y), two * (y * z + w * x), one - two * (x * x + y * y)],
-    ]
-    return intervals.joined([intervals.joined(row, 0) for row in rows], 0)
-
-
 def turning(joint: StatedJoint) -> tuple[Interval, Interval, Interval]:
     """Return A, B and C: a joint at q has the rotation A + B sin q + C cos q in its parent (Rodrigues)."""
-    fixed, axis = rotation_of(joint.place.rotation), intervals.normalised(joint.axis)
-    zero, (x, y, z) = exactly(0.0), (axis[place] * exactly(float(joint.turns)) for place in range(3))
-    rows = [zero, -z, y], [z, zero, -x], [-y, x, zero]
-    skew = intervals.joined([intervals.joined(row, 0) for row in rows], 0)
-    of_sine = intervals.product(fixed, skew)
-    of_cosine = -intervals.product(of_sine, skew)
+    fixed, across = joint.place.rotation, intervals.skew(joint.axis * exactly(float(joint.turns)))
+    of_sine = intervals.product(fixed, across)
+    of_cosine = -intervals.product(of_sine, across)
     return fixed - of_cosine, of_sine, of_cosine
 
 
 def slide(joint: StatedJoint) -> Interval:
     """Return the direction in its parent's frame along which a joint slides, (3,); zero if it turns."""
-    along = intervals.normalised(joint.axis) * exactly(float(not joint.turns))
-    return turned(rotation_of(joint.place.rotation), along)
+    return turned(joint.place.rotation, joint.axis * exactly(float(not joint.turns)))
 
 
 def _moved(joint: StatedJoint, positions: Interval) -> tuple[Interval, Interval]:
     """Return a joint's frame in its parent's at some positions: (g, 3, 3) and (g, 3)."""
     still, of_sine, of_cosine = turning(joint)
     sine, cosine = (each[:, None, None] for each in intervals.sine_and_cosine(positions))
-    origin = exactly(joint.place.translation) + slide(joint) * positions[:, None]
+    origin = joint.place.translation + slide(joint) * positions[:, None]
     return still + of_sine * sine + of_cosine * cosine, origin

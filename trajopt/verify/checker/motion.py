@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from intervals import Floats, Interval, exactly, joined
+from intervals import Floats, Interval, exactly, hull, on_bounds
 from statement import HermiteCurve, Statement
 
 
@@ -33,12 +33,9 @@ def motion_on(statement: Statement, grid: Floats) -> GridMotion:
     Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
     """
     parts = [_on(curve, grid) for curve in (statement.curve, *statement.drives)]
-    positions, velocities, begins, ends, *bounds = map(_beside, zip(*parts, strict=True))
+    beside = (on_bounds(np.hstack, each) for each in zip(*parts, strict=True))
+    positions, velocities, begins, ends, *bounds = beside
     return GridMotion(positions, velocities, tuple(bounds), (begins, ends))
-
-
-def _beside(parts: tuple[Interval, ...]) -> Interval:
-    return Interval(np.hstack([part.low for part in parts]), np.hstack([part.high for part in parts]))
 
 
 def _on(curve: HermiteCurve, grid: Floats) -> list[Interval]:
@@ -50,7 +47,7 @@ def _on(curve: HermiteCurve, grid: Floats) -> list[Interval]:
         for side in (grid[:-1], grid[1:])
     )
     cells = [_restricted([each[piece] for each in order], begin, end) for order in _bernstein(curve)]
-    return [_at_grid(cells[0]), _at_grid(cells[1]), cells[2][0], cells[2][-1], *map(_hull, cells)]
+    return [_at_grid(cells[0]), _at_grid(cells[1]), cells[2][0], cells[2][-1], *map(hull, cells)]
 
 
 def _lengths(curve: HermiteCurve) -> Interval:
@@ -98,14 +95,7 @@ def _restricted(coefficients: list[Interval], begin: Interval, end: Interval) ->
     return found
 
 
-def _hull(coefficients: list[Interval]) -> Interval:
-    every = joined(coefficients, 0)
-    return Interval(every.low.min(axis=0), every.high.max(axis=0))
-
-
 def _at_grid(cells: list[Interval]) -> Interval:
     """Return values at the grid: those before and after each time, which may differ in drives."""
     begin, end = cells[0], cells[-1]
-    low = np.vstack((begin.low, end.low[-1])), np.vstack((begin.low[0], end.low))
-    high = np.vstack((begin.high, end.high[-1])), np.vstack((begin.high[0], end.high))
-    return Interval(np.minimum(*low), np.maximum(*high))
+    return hull([on_bounds(np.vstack, [begin, end[-1:]]), on_bounds(np.vstack, [begin[:1], end])])

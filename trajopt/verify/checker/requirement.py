@@ -9,7 +9,7 @@ import numpy as np
 from intervals import Floats, Interval, product, turned
 from kinematics import GridKinematics, PointTravel, Rows
 from numpy.typing import NDArray
-from reading import Malformed
+from reading import demand
 from statement import FixedPlace, Statement
 
 Bools = NDArray[np.bool_]
@@ -61,8 +61,7 @@ def seen_from(place: FixedPlace, reference: int, statement: Statement) -> FrameV
     joint = place.joint
     while joint > reference:
         joint = statement.joints[joint - 1].place.joint
-    if joint != reference:
-        raise Malformed("the reference of a requirement must carry its frame, or be the world")
+    demand(joint == reference, "the reference of a requirement must carry its frame, or be the world")
     return FrameView(place, reference)
 
 

@@ -2,36 +2,34 @@
 
 import numpy as np
 from flint import arb
-from intervals import Floats, dot, down, enclosed, normalised, turned
+from intervals import Floats, dot, down, enclosed, exactly, normalised, turned
 from kinematics import SAFE, GridKinematics, largest
-from reading import Fields, Malformed, below, direction, flag, record, size, text
+from reading import Fields, below, demand, direction, flag, record, size, text
 from requirement import Bools, FrameView, StatedRequirement, off_chord, seen_from, span
 from statement import FixedPlace, Statement
 
 
 def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule: axis and direction are in the frames of the two joints."""
-    joint = below(len(statement.joints) + 1)
-    readers = {"kind": text, "frame": text, "joint": joint, "axis": direction(3), "reference": joint}
+    joint, axis_of = below(len(statement.joints) + 1), direction(3, normalised)
+    readers = {"kind": text, "frame": text, "joint": joint, "axis": axis_of, "reference": joint}
     _, name, carrier, axis, reference, along, tolerance, always = record(
-        "axis alignment", value, {**readers, "direction": direction(3), "tolerance": size, "always": flag}
+        "axis alignment", value, {**readers, "direction": axis_of, "tolerance": size, "always": flag}
     )
-    seen = seen_from(FixedPlace(carrier, np.array((1.0, 0.0, 0.0, 0.0)), np.zeros(3)), reference, statement)
+    seen = seen_from(FixedPlace(carrier, exactly(np.eye(3)), exactly(np.zeros(3))), reference, statement)
     angle = max(float(down(tolerance + statement.excess)), 0.0)
-    if angle > 3.14:
-        raise Malformed("an axis must be aligned to within 3.14 rad")
+    demand(angle <= 3.14, "an axis must be aligned to within 3.14 rad")
 
     def holds(arm: GridKinematics) -> Bools:
         turn, _ = seen.placed(arm)
-        inner = dot(turned(turn, normalised(axis)), normalised(along)).low
+        inner = dot(turned(turn, axis), along).low
         least = enclosed(arb(angle).cos())[1]
         if not always:
             return inner[-1:] >= least
         return np.minimum(inner[:-1], inner[1:]) - off_chord(arm, _acceleration(arm, seen)) - 1e-15 >= least
 
-    words = (
-        f"{span(always)} axis {axis.tolist()} of {name} along {along.tolist()}, within {tolerance:.6g} rad"
-    )
+    one, other = (", ".join(f"{each:.6g}" for each in side.low) for side in (axis, along))
+    words = f"{span(always)} axis ({one}) of {name} along ({other}), within {tolerance:.6g} rad"
     return StatedRequirement(words, holds)
 
 

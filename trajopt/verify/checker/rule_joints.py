@@ -3,7 +3,7 @@
 import numpy as np
 from intervals import exactly
 from kinematics import GridKinematics
-from reading import Fields, Malformed, Reader, below, every, flag, number, record, row, text, unless_null
+from reading import Fields, Reader, below, demand, every, flag, least, most, record, row, text
 from requirement import Bools, StatedRequirement, span
 from statement import StatedJoint, Statement
 
@@ -11,8 +11,7 @@ from statement import StatedJoint, Statement
 def joint_of(statement: Statement) -> Reader:
     def read(where: str, value: object) -> StatedJoint:
         number: int = below(len(statement.joints) + 1)(where, value)
-        if number == 0:
-            raise Malformed(f"{where} must be a joint, and not the world")
+        demand(number > 0, f"{where} must be a joint, and not the world")
         return statement.joints[number - 1]
 
     return read
@@ -20,7 +19,7 @@ def joint_of(statement: Statement) -> Reader:
 
 def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule."""
-    ranges = row(joint_of(statement), unless_null(number, -np.inf), unless_null(number, np.inf))
+    ranges = row(joint_of(statement), least, most)
     readers = {"kind": text, "always": flag, "ranges": every(ranges)}
     _, always, rows = record("joint positions", value, readers)
     stated: list[tuple[StatedJoint, float, float]] = rows
@@ -30,8 +29,9 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
         within = np.ones(len(taken.low), dtype=np.bool_)
         for joint, low, high in stated:
             at = taken[:, joint.coordinate] * exactly(joint.factor) + exactly(joint.offset)
-            least, most = exactly(low) - exactly(statement.excess), exactly(high) + exactly(statement.excess)
-            within &= (at.low >= least.high) & (at.high <= most.low)
+            excess = exactly(statement.excess)
+            lowest, highest = exactly(low) - excess, exactly(high) + excess
+            within &= (at.low >= lowest.high) & (at.high <= highest.low)
         return within
 
     names = [f"{joint.name} in [{low:.6g}, {high:.6g}]" for joint, low, high in stated]

@@ -3,7 +3,7 @@
 import numpy as np
 from flint import arb
 from intervals import Floats, Interval, down, enclosed, exactly, joined, product, turned
-from kinematics import GridKinematics, rotation_of
+from kinematics import GridKinematics
 from reading import Fields, record, row, size, text, unless_null
 from requirement import Bools, StatedRequirement, seen_from
 from statement import Statement, place_in
@@ -22,12 +22,12 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
 
     def holds(arm: GridKinematics) -> Bools:
         turn, origin = (each[-1] for each in seen.placed(arm))
-        inward = rotation_of(goal.rotation).transposed
-        off = turned(inward, origin - exactly(goal.translation)).size
+        inward = goal.rotation.transposed
+        off = turned(inward, origin - goal.translation).size
         turned_by = rotation_vector(product(inward, turn)) if np.isfinite(rotation).any() else np.zeros(3)
         return np.array([(off <= most[0]).all() and (turned_by <= most[1]).all()])
 
-    at = ", ".join(f"{each:.6g}" for each in goal.translation)
+    at = ", ".join(f"{each:.6g}" for each in goal.translation.low)
     within = [", ".join(f"{each:g}" for each in part) for part in (position, rotation)]
     words = f"at the end {name} at ({at}) m, within ({within[0]}) m and ({within[1]}) rad"
     return StatedRequirement(words, holds)

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 import numpy as np
-from intervals import Floats, Interval, exactly, turned, up
-from kinematics import GridKinematics, rotation_of
-from reading import Fields, Malformed, every, flag, one_of, record, row, size, text
+from intervals import Floats, Interval, turned, up
+from kinematics import GridKinematics
+from reading import Fields, demand, every, flag, one_of, record, row, size, text
 from requirement import Bools, StatedRequirement, off_chord, seen_from, span
 from statement import FixedPlace, Statement, place_in
 
@@ -16,12 +16,12 @@ SIZES: Mapping[str, int] = {"box": 3, "sphere": 1, "cylinder": 2, "half-space": 
 def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule: the joint of all members is the one that the frame is seen from."""
     place = place_in(len(statement.joints))
-    member = row(lambda where, kind: one_of(where, kind, SIZES), every(size, 3), place)
+    member = row(one_of(SIZES), every(size, 3), place)
     readers = {"kind": text, "frame": text, "place": place, "members": every(member), "always": flag}
     _, name, where, members, always = record("position in region", value, readers)
     joints = {at.joint for _, _, at in members}
-    if len(joints) != 1 or any(len(sizes) != SIZES[kind] for kind, sizes, _ in members):
-        raise Malformed("a region needs members of one joint, each with the sizes of its shape")
+    fits = len(joints) == 1 and all(len(sizes) == SIZES[kind] for kind, sizes, _ in members)
+    demand(fits, "a region needs members of one joint, each with the sizes of its shape")
     seen = seen_from(where, joints.pop(), statement)
 
     def holds(arm: GridKinematics) -> Bools:
@@ -35,13 +35,13 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
             [up(np.maximum(each[:-1], each[1:]) + room) <= statement.excess for each in depth], axis=0
         )
 
-    named = [f"a {kind} {sizes} at {at.translation.tolist()} m" for kind, sizes, at in members]
+    named = [f"a {kind} {sizes} at {at.translation.low.tolist()} m" for kind, sizes, at in members]
     return StatedRequirement(f"{span(always)} {name} in {' or '.join(named)}", holds)
 
 
 def beyond(kind: str, sizes: Floats, place: FixedPlace, points: Interval) -> Floats:
     """Bound how far points (g, 3) are outside of a shape, negative inside, from above (g,) [m]."""
-    local = turned(rotation_of(place.rotation).transposed, points - exactly(place.translation))
+    local = turned(place.rotation.transposed, points - place.translation)
     if kind == "half-space":
         return local[..., 2].high
     if kind == "sphere":

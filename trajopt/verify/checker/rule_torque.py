@@ -15,7 +15,7 @@ from statement import MOST_JOINTS, Statement
 
 def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule: the masses, and limits of coordinates [Nm | N]."""
-    joints, names = statement.joints, statement.curve.names
+    joints, names = statement.joints, statement.curve.coordinates
     load = row(below(len(joints) + 1), size, numbers(3), numbers(6))
     heavy = {"gravity": numbers(3), "loads": every(load, MOST_JOINTS), "rotors": numbers(len(joints))}
     limit = row(below(len(names)), size)

@@ -76,14 +76,23 @@ class Frustum:
 
 @dataclass(frozen=True)
 class HalfSpace:
-    """All points with z <= 0. Its only direction is its z axis."""
+    """All points with z <= 0. It must rest in the frame that it is seen from."""
+
+    def support(self, direction: Interval) -> Floats:
+        """Return the largest inner product of its points with its normal, which is the only direction."""
+        return np.zeros(len(direction.low))
+
+    @property
+    def sphere(self) -> tuple[Floats, float]:
+        """Centre and radius of a sphere at its origin, as it rests."""
+        return np.zeros(3), 0.0
 
 
 Shape: TypeAlias = Hull | Frustum | HalfSpace
 
 
 def read_shape(where: str, value: object) -> Shape:
-    kind, readers = KINDS[one_of(f"kind of {where}", mapping(where, value).get("kind"), KINDS)]
+    kind, readers = KINDS[one_of(KINDS)(f"kind of {where}", mapping(where, value).get("kind"))]
     return kind(*record(where, value, {"kind": text, **readers})[1:])
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import reading as take
-from intervals import Floats
-from reading import Fields, Malformed, Reader
+from intervals import Floats, Interval, exactly, normalised, rotation_of
+from reading import Fields, Reader
 from shapes import Shape, read_shape
 
 MOST_JOINTS = 1_000
@@ -22,13 +22,13 @@ class FixedPlace:
 
     Attributes:
         joint: The joint; 0 is the world.
-        rotation: Quaternion w, x, y, z of any length but zero, shape (4,).
+        rotation: Shape (3, 3).
         translation: Shape (3,) [m].
     """
 
     joint: int
-    rotation: Floats
-    translation: Floats
+    rotation: Interval
+    translation: Interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class StatedJoint:
 
     Attributes:
         place: Of its frame at position 0, in its parent's.
-        axis: Of any length but zero, shape (3,).
+        axis: Of length 1, shape (3,).
         coordinate: The number of the motion's coordinate that it follows.
         factor: Its position is factor * coordinate + offset.
         offset: Likewise [rad | m].
@@ -48,7 +48,7 @@ class StatedJoint:
     name: str
     place: FixedPlace
     turns: bool
-    axis: Floats
+    axis: Interval
     coordinate: int
     factor: float
     offset: float
@@ -68,7 +68,7 @@ class HermiteCurve:
         values: Positions, velocities and, of quintics, accelerations, each of shape (k, n).
     """
 
-    names: list[str]
+    coordinates: list[str]
     times: Floats
     values: list[Floats]
 
@@ -88,7 +88,7 @@ class Change:
     owner: str
     appears: float
     expires: float
-    error: Floats
+    error: list[float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,9 +151,10 @@ def read_statement(value: Fields) -> Statement:
     """Read a statement."""
     curve = _curve("motion", value.get("motion"))
     drives = take.every(_curve, MOST_JOINTS)
-    driven = sum(len(each.names) for each in drives("drives", value.get("drives")))
-    count, joints = len(curve.names), len(take.items("joints", value.get("joints"), MOST_JOINTS))
-    part = take.below(len(take.items("parts", value.get("parts"), MOST_PARTS)))
+    driven = sum(len(each.coordinates) for each in drives("drives", value.get("drives")))
+    count, joints = len(curve.coordinates), len(take.items(MOST_JOINTS)("joints", value.get("joints")))
+    part = take.below(len(take.items(MOST_PARTS)("parts", value.get("parts"))))
+    change = take.row(take.text, take.least, take.most, take.row(*[take.size] * 3))
     read = _record_of(
         Statement,
         title=take.text,
@@ -163,27 +164,29 @@ def read_statement(value: Fields) -> Statement:
         ends=_ends(count),
         excess=take.size,
         parts=take.every(_record_of(ConvexPart, owner=take.text, place=place_in(joints), shape=read_shape)),
-        changes=take.every(_change),
+        changes=take.every(lambda where, value: Change(*change(where, value))),
         pairs=take.every(take.row(part, part, take.size)),
         excused=take.every(take.row(take.text, take.text, take.text)),
         requirements=take.every(take.mapping),
         judged=take.every(take.text),
     )
     found: Statement = read("statement", value)
-    late = any(each.times[-1] < curve.times[-1] for each in found.drives)
-    if late or not (np.diff(curve.times) > 0.0).all():
-        raise Malformed("the times of the motion must increase, and drives must last until its end")
-    if any(joint.place.joint > at for at, joint in enumerate(found.joints)):
-        raise Malformed("a joint must come after its parent")
-    if any(joint.coordinate >= count and np.isfinite(joint.jerk) for joint in found.joints):
-        raise Malformed("a joint that follows time cannot have a limit of jerk")
+    whole = all(each.times[-1] >= curve.times[-1] for each in found.drives) and np.diff(curve.times).all()
+    take.demand(whole, "the times of the motion must increase, and drives must last until its end")
+    ordered = all(joint.place.joint <= at for at, joint in enumerate(found.joints))
+    take.demand(ordered, "a joint must come after its parent")
+    free = all(joint.coordinate < count or joint.jerk == np.inf for joint in found.joints)
+    take.demand(free, "a joint that follows time cannot have a limit of jerk")
     return found
 
 
 def place_in(joints: int) -> Reader:
     """Return a reader of placements in the frame of one of some joints, or of the world."""
     return _record_of(
-        FixedPlace, joint=take.below(joints + 1), rotation=take.direction(4), translation=take.numbers(3)
+        FixedPlace,
+        joint=take.below(joints + 1),
+        rotation=take.direction(4, rotation_of),
+        translation=lambda where, value: exactly(take.numbers(3)(where, value)),
     )
 
 
@@ -192,37 +195,29 @@ def _record_of(kind: Callable[..., object], **readers: Reader) -> Reader:
 
 
 def _curve(where: str, value: object) -> HermiteCurve:
-    table = take.every(take.numbers(None, None), 3)
-    names, times, values = take.record(
-        where,
-        value,
-        {"coordinates": take.every(take.text, MOST_JOINTS), "times": take.numbers(None), "values": table},
-    )
-    if not 2 <= len(times) <= MOST_KNOTS or times[0] != 0.0 or not (np.diff(times) >= 0.0).all():
-        raise Malformed(f"the times of {where} must increase from 0, and be 2 to {MOST_KNOTS}")
-    if len(values) < 2 or any(each.shape != (len(times), len(names)) for each in values):
-        raise Malformed(f"{where} needs positions and velocities of each coordinate at each time")
-    return HermiteCurve(names, times, values)
-
-
-def _change(where: str, value: object) -> Change:
-    never = take.unless_null(take.number, -np.inf), take.unless_null(take.number, np.inf)
-    size_of = take.row(take.size, take.size, take.size)
-    owner, appears, expires, error = take.row(take.text, *never, size_of)(where, value)
-    return Change(owner, appears, expires, np.array(error))
+    names, values = take.every(take.text, MOST_JOINTS), take.every(take.numbers(None, None), 3)
+    found: HermiteCurve = _record_of(
+        HermiteCurve, coordinates=names, times=take.numbers(None), values=values
+    )(where, value)
+    times, shape = found.times, (len(found.times), len(found.coordinates))
+    ordered = 2 <= len(times) <= MOST_KNOTS and times[0] == 0.0 and (np.diff(times) >= 0.0).all()
+    take.demand(ordered, f"the times of {where} must increase from 0, and be 2 to {MOST_KNOTS}")
+    whole = len(found.values) >= 2 and all(each.shape == shape for each in found.values)
+    take.demand(whole, f"{where} needs positions and velocities of each coordinate at each time")
+    return found
 
 
 def _joint(coordinates: int, joints: int) -> Reader:
-    least, most = take.unless_null(take.number, -np.inf), take.unless_null(take.number, np.inf)
-    limits = {"lower": least, "upper": most, "velocity": most, "acceleration": most, "jerk": most}
+    limits = dict.fromkeys(("upper", "velocity", "acceleration", "jerk"), take.most)
     follows = {"coordinate": take.below(coordinates), "factor": take.number, "offset": take.number}
     return _record_of(
         StatedJoint,
         name=take.text,
         place=place_in(joints),
         turns=take.flag,
-        axis=take.direction(3),
+        axis=take.direction(3, normalised),
         **follows,
+        lower=take.least,
         **limits,
     )
 

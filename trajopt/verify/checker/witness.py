@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from intervals import Floats
 from numpy.typing import NDArray
-from reading import Malformed
+from reading import demand
 from statement import Statement
 
 MOST_CELLS = 60_000
@@ -50,35 +50,31 @@ def read_witness(data: bytes, statement: Statement) -> Witness:
     leaves_of = _taken(data, 4 + 8 * count, "<u4", pairs).astype(np.int64)
     head, total = 4 + 8 * count + 4 * pairs, int(leaves_of.sum())
     leaves = _taken(data, head, "<u2", 4 * total).reshape(-1, 4)
-    if len(data) != head + 8 * total:
-        raise Malformed("the witness has another length than its numbers of times and leaves")
+    demand(len(data) == head + 8 * total, "the witness is longer than its numbers of times and leaves")
     vertices = np.array([len(getattr(part.shape, "vertices", "")) for part in statement.parts])
-    if leaves_of @ [vertices[one] + vertices[other] for one, other, _ in statement.pairs] > MOST_PRODUCTS:
-        raise Malformed("the witness has too many leaves for the vertices of its parts")
+    products = int(leaves_of @ [vertices[one] + vertices[other] for one, other, _ in statement.pairs])
+    demand(products <= MOST_PRODUCTS, "the witness has too many leaves for the vertices of its parts")
     grid = _grid(times, statement)
     pair = np.repeat(np.arange(pairs), leaves_of)
     begin = leaves[:, 0].astype(np.int64)
     last = np.append(pair[1:] != pair[:-1], True)[: len(pair)]
     end = np.where(last, len(grid) - 1, np.append(begin[1:], 0)[: len(pair)])
-    if (leaves_of == 0).any() or (begin[np.roll(last, 1)] != 0).any() or not (begin < end).all():
-        raise Malformed("the leaves of a pair must begin at the start, increase and reach the end")
+    covers = leaves_of.all() and not begin[np.roll(last, 1)].any() and (begin < end).all()
+    demand(covers, "the leaves of a pair must begin at the start, increase and reach the end")
     return Witness(grid, pair, begin, end, leaves[:, 1:].view("<i2").astype(np.float64))
 
 
 def _taken(data: bytes, offset: int, kind: str, count: int) -> NDArray[Any]:
-    if offset + count * np.dtype(kind).itemsize > len(data):
-        raise Malformed("the witness is shorter than its numbers of times and leaves")
+    there = offset + count * np.dtype(kind).itemsize <= len(data)
+    demand(there, "the witness is shorter than its numbers of times and leaves")
     return np.frombuffer(data, kind, count, offset)
 
 
 def _grid(inner: Floats, statement: Statement) -> Floats:
-    if not ((inner > 0.0) & (inner < statement.curve.times[-1])).all():
-        raise Malformed("a time of the witness is not within the motion")
-    driven = [
-        drive.times[(drive.times > 0.0) & (drive.times < statement.curve.times[-1])]
-        for drive in statement.drives
-    ]
+    within = (inner > 0.0) & (inner < statement.curve.times[-1])
+    demand(within.all(), "a time of the witness is not within the motion")
+    driven = [drive.times[drive.times < statement.curve.times[-1]] for drive in statement.drives]
     grid = np.unique(np.concatenate((statement.curve.times, inner, *driven)))
-    if len(grid) > MOST_CELLS or len(grid) * (1 + len(statement.joints)) > MOST_PLACES:
-        raise Malformed("the witness has too many times")
+    few = len(grid) <= MOST_CELLS and len(grid) * (1 + len(statement.joints)) <= MOST_PLACES
+    demand(few, "the witness has too many times")
     return grid
