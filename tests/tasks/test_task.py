@@ -36,6 +36,8 @@ from trajopt.tasks.grasping.simulation import Hold, simulate_handling
 from trajopt.values.errors import NameNotFound, PlanningFailed, ProblemError
 
 DOWN = (np.pi, 0.0, 0.0)
+ARM = tuple(f"panda_joint{number}" for number in range(1, 8))
+READY = (0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785)
 
 
 def over(x: float, y: float, z: float = 0.3) -> to.Placement:
@@ -223,6 +225,30 @@ def test_a_curve_among_moving_objects_is_refused(cell: to.Scene) -> None:
         ProblemError, match="'follow': a task follows curves in static scenes only, and 'ball'"
     ):
         task(moving, FollowCurve(seam))
+
+
+def test_a_place_is_checked_before_its_pick_is_planned(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
+    """All ways to pick are tried for it, but none is planned."""
+    far = Place(placement=to.placement((1.5, 0.0, 0.06)), name="far")
+    found = to.plan(task(cell, PickObject("cup", grasps[:4]), PlaceObject("cup", far)))
+    assert found.status is Status.NO_INVERSE_KINEMATICS
+    assert "qp_solves" not in found.counts
+    placing = [refusal for refusal in found.refusals if refusal.stage == "place cup: lower"]
+    assert {refusal.names.grasp for refusal in placing} == {grasp.name for grasp in grasps[:4]}
+    assert {refusal.names.place for refusal in placing} == {"far"}
+
+
+def test_postures_in_any_order_meet_the_constraints_of_their_moves(cell: to.Scene) -> None:
+    inside = to.joint_positions({"panda_joint1": 0.5}, tolerance=0.05)
+    free = to.frame_placement(
+        "panda_hand_tcp", over(0.5, 0.0), rotation_tolerance=(0.1, 0.1, np.inf), position_tolerance=1e-3
+    )
+    kept = [MoveTo(free, constraints=[inside], name="kept"), Dwell(0.1)]
+    begin = {"panda_joint1": 0.5}
+    found = to.plan(task(cell, AnyOrder([kept]), start=begin | dict(zip(ARM[1:], READY[1:], strict=True))))  # pyright: ignore[reportArgumentType]
+    assert found.verified and not found.refusals, found.explain()
+    turn = found.trajectory.positions[:, found.trajectory.joint_names.index("panda_joint1")]
+    assert np.abs(turn - 0.5).max() <= 0.05 + 1e-6
 
 
 def test_any_order_is_not_slower_than_the_given_one(cell: to.Scene) -> None:

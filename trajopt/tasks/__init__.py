@@ -1,6 +1,9 @@
 """Tasks: whole jobs of stages, curves that a tool follows, and picking and placing."""
 
 from trajopt.tasks.any_order import AnyOrder as AnyOrder
+from trajopt.tasks.grasping.stages import PickObject as PickObject
+from trajopt.tasks.grasping.stages import PlaceObject as PlaceObject
+from trajopt.tasks.grasping.stages import SetGripper as SetGripper
 from trajopt.tasks.result import StageRefusal as StageRefusal
 from trajopt.tasks.result import StageTime as StageTime
 from trajopt.tasks.result import TaskResult as TaskResult
@@ -14,9 +17,6 @@ from trajopt.tasks.stages import FollowCurve as FollowCurve
 from trajopt.tasks.stages import MoveObject as MoveObject
 from trajopt.tasks.stages import MoveTo as MoveTo
 from trajopt.tasks.stages import OneOf as OneOf
-from trajopt.tasks.stages import PickObject as PickObject
-from trajopt.tasks.stages import PlaceObject as PlaceObject
-from trajopt.tasks.stages import SetGripper as SetGripper
 from trajopt.tasks.stages import duration as duration
 from trajopt.tasks.stages import joint_travel as joint_travel
 from trajopt.tasks.task import Task as Task

@@ -15,8 +15,8 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.result import StageRefusal
-from trajopt.tasks.search import TaskSearch, TaskStage, TaskState, Way, in_sequence
-from trajopt.tasks.stages import Dwell, Item, MoveTo, as_items, held_after_each
+from trajopt.tasks.search import Item, TaskSearch, TaskStage, TaskState, Way, as_items, in_sequence
+from trajopt.tasks.stages import Dwell, MoveTo, held_after_each
 from trajopt.tasks.tour import Tours, travel_time
 from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.errors import ProblemError, shown
@@ -147,14 +147,14 @@ def postures(
     reduced = search.reduced(state.scene, state.positions)
     moves = [stage for stage in item if isinstance(stage, MoveTo)]
     first = moves[0]
-    found = search.configurations(reduced, first.requirements(state.scene, search.group), first.name)
+    found = search.configurations(reduced, first.wanted(state.scene, search.group), first.name)
     if isinstance(found, StageRefusal):
         return found
     rows = np.array(found[:POSTURES])[:, None]
     counts = WorkCounts()
     query = evaluator(reduced, counts)
     for move in moves[1:]:
-        goals = move.requirements(state.scene, search.group)
+        goals = move.wanted(state.scene, search.group)
         projected = Projection(reduced, goals, query)(rows[:, -1])
         met = (projected.violation == 0.0) & clear(query, projected.positions, reduced.pairs.required)
         if not met.any():

@@ -128,28 +128,42 @@ class Handling(Value):
     """How an object was picked and placed.
 
     Attributes:
-        start: Positions of all joints before [rad | m].
-        begin: Index of the first motion.
+        picked: Name of the stage that picks it; empty if it was in the hand.
+        grasp: None if the object was in the hand.
         place: None if the object stays in the hand.
         placed: Name of the stage that places it; empty if it stays in the hand.
     """
 
     scene: Scene
-    start: Floats
-    begin: int
     gripper: Gripper
-    picked: str
-    grasp: Grasp
+    picked: str = ""
+    grasp: Grasp | None = None
     place: Place | None = None
     placed: str = ""
 
     def stage(self, segment: TaskSegment) -> Stage | None:
-        found = [
-            Stage[name.rpartition(": ")[2].upper()]
-            for name in segment.stages
-            if name.rpartition(": ")[0] in {self.picked, self.placed}
-        ]
+        found = [step_of(name) for name in segment.stages if _stage_of(name) in {self.picked, self.placed}]
         return found[-1] if found else None
+
+
+@dataclass(frozen=True)
+class CandidateNames:
+    """Names of the grasp and the place that a motion belongs to; empty for none."""
+
+    grasp: str = ""
+    place: str = ""
+
+
+NO_NAMES = CandidateNames()
+
+
+def step_of(name: str) -> Stage:
+    """Return the step of picking and placing that a motion of a task is, by its name."""
+    return Stage[name.rpartition(": ")[2].upper()]
+
+
+def _stage_of(name: str) -> str:
+    return name.rpartition(": ")[0] or " "
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,15 +172,18 @@ class StageRefusal(Value):
 
     Attributes:
         result: The planning result; None if no motion was planned.
+        names: The rejected grasp and place.
     """
 
     stage: str
     status: Status
     reason: str
     result: Result | None = None
+    names: CandidateNames = NO_NAMES
 
     def __str__(self) -> str:
-        return f"{self.stage}: {self.reason}"
+        which = ", ".join(name for name in (self.names.grasp, self.names.place) if name)
+        return ": ".join(part for part in (self.stage, which, self.reason) if part)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -258,9 +275,9 @@ class TaskResult(Value):
             raise NameNotFound("picked object", name, self.handled)
         item = self.handled[name]
         stages = [item.stage(segment) for segment in segments]
-        last = max(index for index, stage in enumerate(stages) if stage is not None)
+        own = [index for index, stage in enumerate(stages) if stage is not None]
         part: list[Segment] = []
-        for index in range(item.begin, last + 1):
+        for index in range(own[0], own[-1] + 1):
             before = part[-1].stage if part else Stage.REACH
             # Motions of other stages: the object is in the hand if it was before them.
             other = Stage.CARRY if before.holds or before is Stage.CLOSE else before
@@ -269,7 +286,7 @@ class TaskResult(Value):
             name=name,
             scene=item.scene,
             final_scene=self.final_scene,
-            start=item.start,
+            start=part[0].positions(0.0),
             group=self.group,
             gripper=item.gripper,
             status=Status.SOLVED,

@@ -21,14 +21,25 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions
-from trajopt.tasks.grasping.straight import to_configuration
-from trajopt.tasks.grasping.task import ATTEMPTS, later
-from trajopt.tasks.result import SETTLING, Handling, StageRefusal, StageRest, TaskSegment
+from trajopt.tasks.grasping.straight import KNOTS, to_configuration, with_room
+from trajopt.tasks.result import (
+    NO_NAMES,
+    SETTLING,
+    CandidateNames,
+    Handling,
+    StageRefusal,
+    StageRest,
+    TaskSegment,
+)
 from trajopt.tasks.tour import travel_time
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, sequence
+from trajopt.values.errors import ProblemError
+from trajopt.values.placement import WORLD
 
+ATTEMPTS = 16
+"""Default number of seeds for each motion."""
 DEAD_ENDS = 4
-"""Number of times that all ways of a stage may fail before the search ends.
+"""Number of times that all ways of a stage may lead to nothing before the search ends.
 
 Each time an earlier stage was done in another way, which is rarely the remedy.
 """
@@ -36,28 +47,53 @@ Each time an earlier stage was done in another way, which is rarely the remedy.
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """A motion of the arm to a configuration that is not planned yet.
+    """A motion to a configuration that is not planned yet.
 
     Attributes:
         goal: Positions of all joints at its end [rad | m].
         scene: Scene of this leg, with its margins and allowed contacts.
+        near: Positions of all joints at the object, for a straight leg that begins or ends there [rad | m].
+        group: Group that moves; the arm if empty.
+        names: The grasp and the place that it belongs to.
     """
 
     stage: str
     goal: Floats
     scene: Scene
     constraints: tuple[PathConstraint, ...] = ()
+    near: Floats | None = None
+    group: str = ""
+    names: CandidateNames = NO_NAMES
+
+
+@dataclass(frozen=True, eq=False)
+class Pause:
+    """A rest of the arm.
+
+    Attributes:
+        stage: Stage that it is counted to; that of the leg before if empty.
+    """
+
+    scene: Scene
+    stage: str = ""
+    seconds: float = 0.0
+
+
+Step = Leg | Pause | TaskSegment
+"""A motion to plan, a rest, or a motion that is planned."""
 
 
 @dataclass(frozen=True, eq=False)
 class TaskState:
     """State of a task after some of its stages.
 
+    The steps are planned later, but their ends are known exactly: the stages after them can be checked first.
+
     Attributes:
-        scene: The scene, with the clock of the beginning of the task.
-        positions: Of all joints, at the end of the legs [rad | m].
+        scene: The scene after the steps, with the clock of the beginning of the task.
+        positions: Of all joints, after the steps [rad | m].
         rested: Of all joints, at the end of the planned motions [rad | m].
-        legs: Legs after them, which are planned together when something needs a rest.
+        steps: Steps after the planned motions. Legs without a rest between them become one motion.
         handled: How each object was picked and placed last.
         lifting: Contacts with supports that the next motion may begin with.
     """
@@ -66,7 +102,7 @@ class TaskState:
     positions: Floats
     rested: Floats
     segments: tuple[TaskSegment, ...] = ()
-    legs: tuple[Leg, ...] = ()
+    steps: tuple[Step, ...] = ()
     handled: Mapping[str, Handling] = field(default_factory=dict[str, Handling])
     lifting: tuple[ContactAllowance, ...] = ()
 
@@ -75,18 +111,21 @@ class TaskState:
         """End of the planned motions [s]."""
         return sum(segment.duration for segment in self.segments)
 
-    def after(self, segment: TaskSegment) -> "TaskState":
-        return replace(
-            self,
-            positions=segment.end,
-            rested=segment.end,
-            segments=(*self.segments, segment.settled()),
-            legs=(),
-            lifting=(),
-        )
-
     def to(self, leg: Leg) -> "TaskState":
-        return replace(self, positions=leg.goal, legs=(*self.legs, leg))
+        if self.lifting:
+            leg = replace(leg, scene=replace(leg.scene, allowances=(*leg.scene.allowances, *self.lifting)))
+        return replace(self, positions=leg.goal, steps=(*self.steps, leg), lifting=())
+
+    def rest(self, seconds: float = 0.0, name: str = "") -> "TaskState":
+        """Return the state after a rest, which is counted to a stage; to that of the leg before if empty."""
+        return replace(self, steps=(*self.steps, Pause(self.scene, name, seconds)))
+
+    def through(self, segment: TaskSegment) -> "TaskState":
+        """Return the state after a motion that is planned already."""
+        return replace(self, positions=segment.end, steps=(*self.steps, Pause(self.scene), segment))
+
+    def moved(self, segment: TaskSegment) -> "TaskState":
+        return replace(self, rested=segment.end, segments=(*self.segments, segment.settled()))
 
 
 Way = TaskState | StageRefusal
@@ -124,30 +163,93 @@ class TaskStage(Protocol):
         ...
 
 
+Item = TaskStage | Sequence[TaskStage]
+"""One stage or several in sequence."""
+
+
+@runtime_checkable
+class Choice(TaskStage, Protocol):
+    """A stage that consists of items."""
+
+    @property
+    def items(self) -> Sequence[Item]:
+        """The items, each a stage or several in sequence."""
+        ...
+
+
+def as_items(items: Sequence[Item]) -> tuple[tuple[TaskStage, ...], ...]:
+    found: list[tuple[TaskStage, ...]] = []
+    for item in sequence("items", items):
+        found.append(tuple(item) if isinstance(item, Sequence) else (item,))
+    if not all(found) or not found:
+        raise ProblemError("name at least one stage in each item")
+    return tuple(found)
+
+
+class Rest:
+    """The end of a task: the arm rests."""
+
+    name = default_name = ""
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        del scene, group
+        return held
+
+    def ways(self, search: "TaskSearch", state: TaskState) -> Iterator[Way]:
+        yield search.rested(state)
+
+
+@dataclass(eq=False)
+class _Level:
+    """A stage of the sequence that is searched.
+
+    Attributes:
+        begin: State before it.
+        followed: Whether a way of it was followed by the next stage.
+    """
+
+    begin: TaskState
+    ways: Iterator[Way]
+    followed: bool = False
+
+
 def in_sequence(stages: Sequence[TaskStage], search: "TaskSearch", state: TaskState) -> Iterator[Way]:
-    """Yield the ways to do stages one after the other, by depth-first search over the ways of each."""
-    if not stages:
-        yield state
+    """Yield the ways to do stages one after the other, by depth-first search over the ways of each.
+
+    The motions before a stage are planned when the stage has a way.
+    """
+    begin = search.planned(state)
+    if isinstance(begin, StageRefusal) or not stages:
+        yield begin
         return
     dead_ends = [0] * len(stages)
-    reached = False
-    trail = [stages[0].ways(search, state)]
+    trail = [_Level(begin, stages[0].ways(search, begin))]
     while trail:
-        way = next(trail[-1], None)
+        level, depth = trail[-1], len(trail) - 1
+        way = next(level.ways, None)
         if way is None:
-            depth = len(trail) - 1
             trail.pop()
-            dead_ends[depth] += not reached
+            dead_ends[depth] += level.followed
             if dead_ends[depth] >= DEAD_ENDS:
                 return
-        elif isinstance(way, StageRefusal):
-            reached = False
-            yield way
-        elif len(trail) == len(stages):
-            reached = True
+            continue
+        if not isinstance(way, StageRefusal):
+            way = search.continued(level.begin, way)
+            if isinstance(way, StageRefusal):
+                trail.pop()
+        if isinstance(way, StageRefusal) or len(trail) == len(stages):
             yield way
         else:
-            trail.append(stages[len(trail)].ways(search, way))
+            level.followed = True
+            trail.append(_Level(way, stages[len(trail)].ways(search, way)))
+
+
+def held_objects(scene: Scene) -> frozenset[str]:
+    return frozenset(name for name in scene.objects if scene.holder(name).link != WORLD)
+
+
+def later(scene: Scene, time: float) -> Scene:
+    return scene.at(time) if scene.changing else scene
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -159,6 +261,7 @@ class TaskSearch:
         tracker: Counts work and time, and ends the search when the budget is used up.
         blend: Distance from the end of a straight motion within which the arm may leave the line [m].
         improve: Whether shape and time of each motion are optimised together.
+        stops: Whether the arm rests after each leg.
     """
 
     group: str
@@ -168,12 +271,18 @@ class TaskSearch:
     tracker: BudgetTracker
     blend: float = 0.0
     improve: bool = False
+    stops: bool = False
+    _planned_before: dict[TaskState, Way] = field(init=False, default_factory=dict[TaskState, Way])
 
     def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
         return reduce_model(scene, self.group, positions)
 
     def configurations(
-        self, reduced: ReducedModel, goals: Sequence[Requirement], stage: str
+        self,
+        reduced: ReducedModel,
+        goals: Sequence[Requirement],
+        stage: str,
+        names: CandidateNames = NO_NAMES,
     ) -> Sequence[Floats] | StageRefusal:
         """Return configurations (n,) that meet goals and path constraints, the nearest first; or why not."""
         wanted = (*goals, *(item for item in self.constraints if isinstance(item, Requirement)))
@@ -188,40 +297,68 @@ class TaskSearch:
             fixed = fixed_positions(goals, reduced)
             return found.free if fixed is None else (fixed,)
         status = Status.NO_INVERSE_KINEMATICS if found.blocking is None else Status.GOAL_IN_COLLISION
-        return StageRefusal(stage, status, reasons.no_goal_configuration(reduced, found, wanted))
+        return StageRefusal(stage, status, reasons.no_goal_configuration(reduced, found, wanted), names=names)
 
     def rested(self, state: TaskState, rest: float = 0.0, name: str = "") -> Way:
-        """Plan the legs of a state as one motion, and rest at their end for a time [s].
+        """Plan all steps of a state, and rest at their end for a time [s]."""
+        return self.planned(state.rest(rest, name))
 
-        If that fails, the motion rests in the middle of them, and so on.
+    def planned(self, state: TaskState) -> Way:
+        """Plan the steps of a state up to its last rest; legs after it remain."""
+        if state not in self._planned_before:
+            self._planned_before[state] = self._with_steps(state)
+        return self._planned_before[state]
 
-        Args:
-            name: TaskStage that the rest is counted to; the last leg's if empty.
-        """
-        pause = StageRest(name, rest)
-        if not state.legs:
-            return self._waited(state, pause) if rest > 0.0 else state
-        return self._planned(replace(state, legs=()), state.legs, pause)
+    def continued(self, before: TaskState, way: TaskState) -> Way:
+        """Return a way with the steps planned that a state had before it."""
+        if len(way.segments) > len(before.segments):
+            return way
+        begun = self.planned(before)
+        if isinstance(begun, StageRefusal):
+            return begun
+        steps = (*begun.steps, *way.steps[len(before.steps) :])
+        return replace(way, segments=begun.segments, rested=begun.rested, steps=steps)
 
-    def _waited(self, state: TaskState, pause: StageRest) -> Way:
-        last = next(reversed(state.segments), None)
-        if last is None or state.scene.changing:
-            still = Leg(pause.stage, state.positions, state.scene)
-            return self._planned(state, (still,), pause)
-        longer = replace(last, pauses=(*last.pauses, pause))
+    def _with_steps(self, state: TaskState) -> Way:
+        done, legs = replace(state, steps=()), tuple[Leg, ...]()
+        for step in (*state.steps, *([Pause(state.scene)] if self.stops else [])):
+            if isinstance(step, TaskSegment):
+                done = done.moved(step)
+                continue
+            if isinstance(step, Leg) and not (self.stops and legs):
+                legs = (*legs, step)
+                continue
+            after = self._after(done, legs, step if isinstance(step, Pause) else Pause(state.scene))
+            if isinstance(after, StageRefusal):
+                return after
+            done, legs = after, (step,) if isinstance(step, Leg) else ()
+        return replace(done, steps=legs)
+
+    def _after(self, state: TaskState, legs: tuple[Leg, ...], pause: Pause) -> Way:
+        if legs:
+            return self._moved(state, legs, StageRest(pause.stage, pause.seconds))
+        return self._waited(state, pause) if pause.seconds > 0.0 else state
+
+    def _waited(self, state: TaskState, pause: Pause) -> Way:
+        last, rest = next(reversed(state.segments), None), StageRest(pause.stage, pause.seconds)
+        if last is None or pause.scene.changing:
+            return self._moved(state, (Leg(pause.stage, state.rested, pause.scene),), rest)
+        longer = replace(last, pauses=(*last.pauses, rest))
         return replace(state, segments=(*state.segments[:-1], longer))
 
-    def _planned(self, state: TaskState, legs: tuple[Leg, ...], pause: StageRest) -> Way:
+    def _moved(self, state: TaskState, legs: tuple[Leg, ...], pause: StageRest) -> Way:
+        """Plan legs as one motion; if that fails, the motion rests in the middle of them, and so on."""
         problem = self._problem(state, legs, pause.seconds)
         result = self.plan(problem)
         if result.verified:
             segment = TaskSegment(tuple(leg.stage for leg in legs), result, (pause,))
-            return self._faster_with_rests(state, legs, pause, state.after(segment))
+            return self._faster_with_rests(state, legs, pause, state.moved(segment))
         if len(legs) == 1:
-            return StageRefusal(legs[0].stage, result.status, result.reason, result)
+            leg = legs[0]
+            return StageRefusal(leg.stage, result.status, result.reason, result, leg.names)
         middle = len(legs) // 2
-        half = self._planned(state, legs[:middle], StageRest("", 0.0))
-        return half if isinstance(half, StageRefusal) else self._planned(half, legs[middle:], pause)
+        half = self._moved(state, legs[:middle], StageRest("", 0.0))
+        return half if isinstance(half, StageRefusal) else self._moved(half, legs[middle:], pause)
 
     def _faster_with_rests(
         self, state: TaskState, legs: tuple[Leg, ...], pause: StageRest, passing: TaskState
@@ -230,15 +367,17 @@ class TaskSearch:
 
         Around a sharp corner the arm slows down nearly to a rest, and farther away from it.
         """
+        if len(legs) == 1:
+            return passing
         rows = np.array([self.arm(state.scene, at) for at in (state.rested, *(leg.goal for leg in legs))])
         limits = passing.segments[-1].result.problem.limits
         bound = float(travel_time(rows[:-1], rows[1:], limits, rests=True).sum())
-        if len(legs) == 1 or passing.segments[-1].trajectory.duration <= bound:
+        if passing.segments[-1].trajectory.duration <= bound:
             return passing
         resting = state
         for leg in legs:
             last = leg is legs[-1]
-            way = self._planned(replace(resting, legs=()), (leg,), pause if last else StageRest("", 0.0))
+            way = self._moved(resting, (leg,), pause if last else StageRest("", 0.0))
             if isinstance(way, StageRefusal) or way.time > passing.time:
                 return passing
             resting = way
@@ -248,36 +387,43 @@ class TaskSearch:
         return positions[scene.robot.index(scene.robot.group(self.group).joints)]
 
     def _problem(self, state: TaskState, legs: tuple[Leg, ...], rest: float) -> Problem:
+        scenes = [self._with_margins(leg, state.time) for leg in legs]
         margins: dict[frozenset[str], float] = {}
-        for pair, gap in (item for leg in legs for item in leg.scene.pair_margins.items()):
+        for pair, gap in (item for scene in scenes for item in scene.pair_margins.items()):
             margins[pair] = min(gap, margins.get(pair, gap))
-        contacts = (*state.lifting, *(item for leg in legs for item in leg.scene.allowances))
-        scene = replace(
-            state.scene,
-            pair_margins=margins,
-            allowances=tuple({item.name: item for item in contacts}.values()),
-        )
+        contacts = {item.name: item for scene in scenes for item in scene.allowances}
+        scene = replace(scenes[0], pair_margins=margins, allowances=tuple(contacts.values()))
+        group = legs[0].group or self.group
+        of_arm = group == self.group
         names = [leg.stage for leg in legs[:-1]]
-        goals = [to_configuration(scene, self.group, leg.goal) for leg in legs]
+        goals = [to_configuration(scene, group, leg.goal) for leg in legs]
         parts = [
             during(item, after=after, until=until) if names else item
             for leg, after, until in zip(legs, (None, *names), (*names, None), strict=True)
             for item in leg.constraints
         ]
         options = self.options
+        straight = len(legs) == 1 and legs[0].near is not None
         return Problem(
-            scene=later(scene, state.time),
-            group=self.group,
+            scene=scene,
+            group=group,
             start=state.rested,
             goal=goals[-1],
             waypoints=dict(zip(names, goals[:-1], strict=True)),
-            constraints=(*self.constraints, *parts),
+            constraints=(*self.constraints, *parts) if of_arm else (),
             velocity_scaling=options.velocity_scaling,
             acceleration_scaling=options.acceleration_scaling,
-            tool_speed=options.tool_speed,
+            tool_speed=options.tool_speed if of_arm else (),
             dwell=max(rest, SETTLING) if scene.changing else 0.0,
+            knots=KNOTS if straight else 0,
             name=legs[-1].stage,
         )
+
+    def _with_margins(self, leg: Leg, time: float) -> Scene:
+        scene = later(leg.scene, time)
+        if leg.near is None:
+            return scene
+        return with_room(self.reduced(scene, leg.near), self.arm(scene, leg.near))
 
     def plan(self, problem: Problem) -> Result:
         """Plan one motion within the remaining budget.

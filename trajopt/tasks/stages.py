@@ -14,24 +14,11 @@ from trajopt.problem.requirements import FollowsCurve, Requirement
 from trajopt.problem.stated import GoalLike, stated_goal
 from trajopt.scene.scene import Scene
 from trajopt.tasks.cartesian.following import Begin, FollowOptions, follow
-from trajopt.tasks.grasping.candidates import (
-    PickCandidate,
-    PlaceCandidate,
-    lifting_scene,
-    lowering_scene,
-    pick_candidates,
-    place_candidates,
-)
-from trajopt.tasks.grasping.grasp import Grasp, Place, Straight
-from trajopt.tasks.grasping.gripper import Gripper, gripper_of
-from trajopt.tasks.grasping.planning import LET_GO
-from trajopt.tasks.grasping.result import Refusal
-from trajopt.tasks.grasping.result import Stage as Step
-from trajopt.tasks.grasping.straight import along_line, track_line, with_room
-from trajopt.tasks.grasping.task import CandidateNames, PickPlaceTask, TimedConfiguration, later
-from trajopt.tasks.result import Handling, StageRefusal, StageRest, TaskSegment
-from trajopt.tasks.search import Leg, TaskSearch, TaskStage, TaskState, Way, in_sequence
-from trajopt.values.arrays import Floats, Value, number, one_of, sequence, several
+from trajopt.tasks.grasping.stages import lifting_scene
+from trajopt.tasks.grasping.straight import along_line, track_line
+from trajopt.tasks.result import StageRefusal, TaskSegment
+from trajopt.tasks.search import Item, Leg, TaskSearch, TaskState, Way, as_items, in_sequence, later
+from trajopt.values.arrays import Floats, Value, number
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import PlacementLike, as_placement
@@ -72,12 +59,14 @@ class MoveTo(Value):
             raise ProblemError("a set of goals is a choice: use OneOf with a stage for each goal")
         return stated
 
+    def wanted(self, scene: Scene, group: str) -> tuple[Requirement, ...]:
+        """Return the requirements at the goal and on the way."""
+        kept = (item for item in self.constraints if isinstance(item, Requirement))
+        return (*self.requirements(scene, group), *kept)
+
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         reduced = search.reduced(state.scene, state.positions)
-        kept = (item for item in self.constraints if isinstance(item, Requirement))
-        found = search.configurations(
-            reduced, (*self.requirements(state.scene, search.group), *kept), self.name
-        )
+        found = search.configurations(reduced, self.wanted(state.scene, search.group), self.name)
         if isinstance(found, StageRefusal):
             yield found
             return
@@ -143,7 +132,7 @@ class FollowCurve(Value):
         if isinstance(begun, StageRefusal):
             yield begun
             return
-        ended = begun.after(segment)
+        ended = begun.through(segment)
         if self.off > 0.0:
             away = self._beside(search, ended, ended.positions)
             if isinstance(away, StageRefusal):
@@ -154,12 +143,12 @@ class FollowCurve(Value):
 
     def _led(self, search: TaskSearch, state: TaskState, begin: Floats) -> Way:
         if self.off == 0.0:
-            return search.rested(state.to(Leg(f"{self.name}: reach", begin, state.scene)))
+            return state.to(Leg(f"{self.name}: reach", begin, state.scene))
         before = self._beside(search, state, begin)
         if isinstance(before, StageRefusal):
             return before
         reached = state.to(Leg(f"{self.name}: reach", before, state.scene))
-        return search.rested(reached.to(self._straight(search, state, "approach", before, begin)))
+        return reached.to(self._straight(search, state, "approach", before, begin))
 
     def _beside(self, search: TaskSearch, state: TaskState, at: Floats) -> Floats | StageRefusal:
         """Return positions of all joints off an end of the curve, or the reason why there are none."""
@@ -172,10 +161,9 @@ class FollowCurve(Value):
         return reduced.all_positions(found.end)
 
     def _straight(self, search: TaskSearch, state: TaskState, name: str, begin: Floats, end: Floats) -> Leg:
-        near = begin if name == "retract" else end
-        room = with_room(search.reduced(state.scene, near), search.arm(state.scene, near))
         line = along_line(state.scene, begin, end, self.curve.frame, search.options)
-        return Leg(f"{self.name}: {name}", end, room, line)
+        near = begin if name == "retract" else end
+        return Leg(f"{self.name}: {name}", end, state.scene, line, near=near)
 
 
 @checked
@@ -200,194 +188,8 @@ class Dwell(Value):
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        yield search.rested(state, self.seconds, self.name)
-
-
-@checked
-@dataclass(frozen=True, eq=False)
-class SetGripper(Value):
-    """The fingers of a gripper move to an opening.
-
-    Attributes:
-        opening: Between the pads [m].
-        gripper: The gripper; that of the robot's SRDF if None.
-    """
-
-    opening: float
-    gripper: Gripper | None = None
-    name: str = ""
-    default_name = "gripper"
-
-    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        del group
-        _gripper(scene, self.gripper).joints_at(self.opening)
-        return held
-
-    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        task = _handling(search, state, "", _gripper(state.scene, self.gripper))
-        yield _fingers(task, search, state, Step.OPEN, self.opening, self.name)
-
-
-@checked
-@dataclass(frozen=True, eq=False)
-class PickObject(Value):
-    """The gripper picks an object up: reach, approach, close and lift.
-
-    Attributes:
-        object: The object, at rest in the scene.
-        grasps: Grasps in order of preference.
-        gripper: The gripper; that of the robot's SRDF if None.
-        constraints: Requirements while it is lifted.
-    """
-
-    object: str
-    grasps: Sequence[Grasp]
-    gripper: Gripper | None = None
-    constraints: Sequence[PathConstraint] = ()
-    name: str = ""
-
-    def __post_init__(self) -> None:
-        if not several("grasps", self.grasps, Grasp):
-            raise ProblemError(f"name at least one grasp of {self.object}")
-
-    @property
-    def default_name(self) -> str:
-        return f"pick {self.object}"
-
-    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        del group
-        scene.object(self.object)
-        _gripper(scene, self.gripper)
-        if self.object in held:
-            raise ProblemError(f"object {self.object!r} is in a hand already: place or detach it first")
-        return held | {self.object}
-
-    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        task = _handling(search, state, self.object, _gripper(state.scene, self.gripper))
-        for grasp in self.grasps:
-            blended = replace(
-                grasp, approach=_blended(grasp.approach, search), lift=_blended(grasp.lift, search)
-            )
-            for candidate in pick_candidates(task, blended):
-                if isinstance(candidate, Refusal):
-                    yield _refused(self.name, candidate)
-                else:
-                    yield self._picked(task, search, state, candidate)
-
-    def _picked(
-        self, task: PickPlaceTask, search: TaskSearch, state: TaskState, candidate: PickCandidate
-    ) -> Way:
-        grasp, tool, scene = candidate.grasp, task.gripper.tool, state.scene
-        opened = _fingers(task, search, state, Step.OPEN, grasp.opening, f"{self.name}: open")
-        if isinstance(opened, StageRefusal):
-            return opened
-        before = search.reduced(later(scene, opened.time), candidate.at)
-        near = with_room(before, task.arm(candidate.at))
-        line = along_line(scene, candidate.before, candidate.at, tool, search.options)
-        there = search.rested(
-            opened.to(Leg(f"{self.name}: reach", candidate.before, scene)).to(
-                Leg(f"{self.name}: approach", candidate.at, near, line)
-            )
-        )
-        if isinstance(there, StageRefusal):
-            return there
-        rest = search.options.grip_time
-        closed = _fingers(task, search, there, Step.CLOSE, grasp.width, f"{self.name}: close", rest=rest)
-        if isinstance(closed, StageRefusal):
-            return closed
-        held = scene.attach(self.object, tool, at=closed.positions, touch_links=task.gripper.links)
-        lifting = with_room(
-            search.reduced(later(held, closed.time), closed.positions), task.arm(closed.positions)
-        )
-        lifting = lifting_scene(lifting, self.object, candidate.supports, search.options.contact_time)
-        lifted = task.opened(candidate.lifted, grasp.width)
-        up = along_line(held, closed.positions, lifted, tool, search.options)
-        handling = Handling(scene, state.rested, len(state.segments), task.gripper, self.name, grasp)
-        handled = {**closed.handled, self.object: handling}
-        return replace(closed, scene=held, handled=handled).to(
-            Leg(f"{self.name}: lift", lifted, lifting, (*up, *self.constraints))
-        )
-
-
-@checked
-@dataclass(frozen=True, eq=False)
-class PlaceObject(Value):
-    """The gripper puts the object in its hand down: carry, lower, release and retreat.
-
-    Attributes:
-        places: Places in order of preference.
-        gripper: The gripper; that of the robot's SRDF if None.
-        constraints: Requirements while it is carried and lowered.
-    """
-
-    object: str
-    places: Place | Sequence[Place]
-    gripper: Gripper | None = None
-    constraints: Sequence[PathConstraint] = ()
-    name: str = ""
-
-    def __post_init__(self) -> None:
-        given = (self.places,) if isinstance(self.places, Place) else several("places", self.places, Place)
-        if not given:
-            raise ProblemError(f"name at least one place of {self.object}")
-        object.__setattr__(self, "places", given)
-
-    @property
-    def default_name(self) -> str:
-        return f"place {self.object}"
-
-    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        del group
-        scene.object(self.object)
-        _gripper(scene, self.gripper)
-        if self.object not in held:
-            raise ProblemError(f"object {self.object!r} is not in a hand: pick it before, or attach it")
-        return held - {self.object}
-
-    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        task = _handling(
-            search, state, self.object, _gripper(state.scene, self.gripper), tuple(self.constraints)
-        )
-        opening = task.gripper.opening_at(state.scene.robot, state.positions) + LET_GO
-        opening = min(opening, task.gripper.widest)
-        assert not isinstance(self.places, Place)
-        for given in self.places:
-            place = replace(
-                given, lower=_blended(given.lower, search), retreat=_blended(given.retreat, search)
-            )
-            names = CandidateNames(place=place.name)
-            found = place_candidates(task, state.scene, state.positions, place, opening=opening, names=names)
-            for candidate in found:
-                if isinstance(candidate, Refusal):
-                    yield _refused(self.name, candidate)
-                else:
-                    yield self._placed(task, search, _placing(state, self, place), candidate)
-
-    def _placed(
-        self, task: PickPlaceTask, search: TaskSearch, state: TaskState, candidate: PlaceCandidate
-    ) -> Way:
-        tool, scene = task.gripper.tool, state.scene
-        lowering = lowering_scene(task, scene, candidate.supports)
-        near = with_room(search.reduced(later(lowering, state.time), candidate.at), task.arm(candidate.at))
-        down = along_line(scene, candidate.above, candidate.at, tool, search.options)
-        carried = tuple(self.constraints)
-        there = search.rested(
-            state.to(Leg(f"{self.name}: carry", candidate.above, scene, carried)).to(
-                Leg(f"{self.name}: lower", candidate.at, near, (*down, *carried))
-            ),
-            search.options.release_time,
-        )
-        if isinstance(there, StageRefusal):
-            return there
-        put = replace(there, scene=scene.detach(self.object, at=there.positions))
-        released = _fingers(task, search, put, Step.RELEASE, candidate.opening, f"{self.name}: release")
-        if isinstance(released, StageRefusal):
-            return released
-        away = task.opened(candidate.away, candidate.opening)
-        at = released.positions
-        leaving = with_room(search.reduced(later(put.scene, released.time), at), task.arm(at))
-        line = along_line(put.scene, at, away, tool, search.options)
-        return released.to(Leg(f"{self.name}: retreat", away, leaving, line))
+        del search
+        yield state.rest(self.seconds, self.name)
 
 
 @checked
@@ -421,18 +223,11 @@ class AttachObject(Value):
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         """Yield the attachment, after a rest of the arm."""
-        there = search.rested(state)
-        if isinstance(there, StageRefusal):
-            yield there
-            return
-        held = there.scene.attach(
-            self.object, self.link, at=there.positions, touch_links=tuple(self.touch_links)
-        )
-        stood = there.scene.placement_of(self.object, there.positions)
-        lifted = lifting_scene(
-            held, self.object, supports(there.scene, self.object, stood), search.options.contact_time
-        )
-        yield replace(there, scene=held, lifting=lifted.allowances)
+        scene, at = state.scene, state.positions
+        held = scene.attach(self.object, self.link, at=at, touch_links=tuple(self.touch_links))
+        stood_on = supports(scene, self.object, scene.placement_of(self.object, at))
+        lifted = lifting_scene(held, self.object, stood_on, search.options.contact_time)
+        yield replace(state.rest(), scene=held, lifting=lifted.allowances)
 
 
 @checked
@@ -455,11 +250,8 @@ class DetachObject(Value):
         return held - {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        there = search.rested(state)
-        if isinstance(there, StageRefusal):
-            yield there
-        else:
-            yield replace(there, scene=there.scene.detach(self.object, at=there.positions))
+        del search
+        yield replace(state.rest(), scene=state.scene.detach(self.object, at=state.positions))
 
 
 @checked
@@ -511,8 +303,6 @@ class MoveObject(Value):
 
 Cost = Callable[[Sequence[TaskSegment]], float]
 """Returns the cost of the motions of an alternative; the smallest is preferred."""
-Item = TaskStage | Sequence[TaskStage]
-"""One stage or several in sequence."""
 
 
 def duration(segments: Sequence[TaskSegment]) -> float:
@@ -523,15 +313,6 @@ def duration(segments: Sequence[TaskSegment]) -> float:
 def joint_travel(segments: Sequence[TaskSegment]) -> float:
     """Return the sum over all motions and joints of the travelled way, from point to point [rad | m]."""
     return sum(float(np.abs(np.diff(segment.trajectory.positions, axis=0)).sum()) for segment in segments)
-
-
-def as_items(items: Sequence[Item]) -> tuple[tuple[TaskStage, ...], ...]:
-    found: list[tuple[TaskStage, ...]] = []
-    for item in sequence("items", items):
-        found.append(tuple(item) if isinstance(item, Sequence) else (item,))
-    if not all(found) or not found:
-        raise ProblemError("name at least one stage in each item")
-    return tuple(found)
 
 
 def held_after_each(
@@ -609,77 +390,3 @@ class Fallback(Value):
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         for item in as_items(self.items):
             yield from in_sequence(item, search, state)
-
-
-def _placing(state: TaskState, stage: PlaceObject, place: Place) -> TaskState:
-    if stage.object not in state.handled:
-        return state
-    handling = replace(state.handled[stage.object], place=place, placed=stage.name)
-    return replace(state, handled={**state.handled, stage.object: handling})
-
-
-def _blended(line: Straight, search: TaskSearch) -> Straight:
-    return replace(line, distance=max(line.distance - search.blend, 0.5 * line.distance))
-
-
-def _gripper(scene: Scene, given: Gripper | None) -> Gripper:
-    return gripper_of(scene) if given is None else one_of("gripper", given, Gripper)
-
-
-def _handling(
-    search: TaskSearch,
-    state: TaskState,
-    name: str,
-    gripper: Gripper,
-    constraints: tuple[PathConstraint, ...] = (),
-) -> PickPlaceTask:
-    return PickPlaceTask(
-        scene=state.scene,
-        name=name,
-        start=state.positions,
-        group=search.group,
-        gripper=gripper,
-        constraints=(*search.constraints, *constraints),
-        options=search.options,
-        rng=search.rng,
-        tracker=search.tracker,
-    )
-
-
-def _fingers(
-    task: PickPlaceTask,
-    search: TaskSearch,
-    state: TaskState,
-    stage: Step,
-    opening: float,
-    name: str,
-    *,
-    rest: float = 0.0,
-) -> Way:
-    opened = task.opened(state.positions, opening)
-    if np.abs(opened - state.positions).max() < STILL:
-        return search.rested(state, rest, name) if rest > 0.0 else state
-    there = search.rested(state)
-    if isinstance(there, StageRefusal):
-        return there
-    moved = task.fingers(
-        stage,
-        there.scene,
-        TimedConfiguration(there.positions, there.time),
-        opening,
-        CandidateNames(),
-        rest=rest,
-    )
-    if isinstance(moved, Refusal):
-        return _refused(name, moved)
-    return there if moved is None else there.after(TaskSegment((name,), moved.result, (StageRest("", rest),)))
-
-
-def _refused(name: str, refusal: Refusal) -> StageRefusal:
-    which = ", ".join(item for item in (refusal.grasp, refusal.place) if item)
-    words = f"{refusal.stage.value}: {refusal.reason}"
-    return StageRefusal(name, refusal.status, f"{which}: {words}" if which else words, refusal.result)
-
-
-STILL = 1e-6
-"""Fingers nearer than this to their opening are not moved [rad | m]."""

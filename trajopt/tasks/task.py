@@ -17,16 +17,22 @@ from trajopt.problem.problem import PathConstraint
 from trajopt.problem.stated import only_group
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.scene import Scene
-from trajopt.tasks.any_order import AnyOrder
 from trajopt.tasks.grasping.grasp import GraspingOptions
-from trajopt.tasks.grasping.task import later
 from trajopt.tasks.result import StageRefusal, TaskResult
-from trajopt.tasks.search import TaskSearch, TaskStage, TaskState, in_sequence
-from trajopt.tasks.stages import Fallback, OneOf, as_items
+from trajopt.tasks.search import (
+    Choice,
+    Rest,
+    TaskSearch,
+    TaskStage,
+    TaskState,
+    as_items,
+    held_objects,
+    in_sequence,
+    later,
+)
 from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several, unless_none
 from trajopt.values.errors import ProblemError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import WORLD
 
 
 @checked
@@ -46,6 +52,7 @@ class Task(Value):
         options: Speeds, tolerances and times of all stages.
         blend: Distance from the far end of a straight approach, lift, lowering or retreat within which the
             arm may leave the line, at most half of the line [m].
+        stops: Whether the arm rests after each motion.
     """
 
     scene: Scene
@@ -55,6 +62,7 @@ class Task(Value):
     constraints: Sequence[PathConstraint] = ()
     options: GraspingOptions = field(default_factory=GraspingOptions)
     blend: float = 0.0
+    stops: bool = False
     name: str = "task"
     _start: Floats = field(init=False, repr=False)
 
@@ -75,10 +83,11 @@ class Task(Value):
         named = tuple(_named(stages, {}))
         for attribute, value in (("group", group), ("stages", named), ("start", start), ("_start", start)):
             object.__setattr__(self, attribute, value)
+        one_of("stops", self.stops, bool)
         if number("blend", self.blend) < 0.0:
             raise ProblemError(f"blend must not be negative, is {self.blend:g} m")
         object.__setattr__(self, "constraints", tuple(sequence("constraints", self.constraints)))
-        held = frozenset(name for name in self.scene.objects if self.scene.holder(name).link != WORLD)
+        held = held_objects(self.scene)
         for stage in named:
             try:
                 held = stage.held_after(self.scene, group, held)
@@ -108,7 +117,10 @@ class Task(Value):
             ProblemError: If the budget requests improvement.
         """
         if one_of("budget", budget, Budget).improve:
-            raise ProblemError("the first verified plan of a task is taken: its budget cannot improve")
+            raise ProblemError(
+                "a task takes the first verified plan, so its budget cannot improve; "
+                "one that improves is for plan(problem)"
+            )
         given, improves = unless_none("rng", rng, np.random.Generator), one_of("improve", improve, bool)
         tracker = BudgetTracker(budget, cancel, progress)
         search = TaskSearch(
@@ -119,6 +131,7 @@ class Task(Value):
             tracker=tracker,
             blend=self.blend,
             improve=improves,
+            stops=self.stops,
         )
         refusals: list[StageRefusal] = []
         try:
@@ -128,11 +141,10 @@ class Task(Value):
 
     def _searched(self, search: TaskSearch, refusals: list[StageRefusal]) -> TaskState | None:
         begin = TaskState(self.scene, self._start, self._start)
-        for way in in_sequence(self.stages, search, begin):
-            ended = way if isinstance(way, StageRefusal) else search.rested(way)
-            if not isinstance(ended, StageRefusal):
-                return ended
-            refusals.append(ended)
+        for way in in_sequence((*self.stages, Rest()), search, begin):
+            if not isinstance(way, StageRefusal):
+                return way
+            refusals.append(way)
         return None
 
     def _result(
@@ -168,7 +180,7 @@ def _named(stages: Sequence[TaskStage], taken: dict[str, int]) -> list[TaskStage
         taken[name] = taken.get(name, 0) + 1
         unique = name if taken[name] == 1 else f"{name} ({taken[name]})"
         changes: dict[str, Any] = {"name": unique}
-        if isinstance(stage, AnyOrder | OneOf | Fallback):
+        if isinstance(stage, Choice):
             changes["items"] = [_named(item, taken) for item in as_items(stage.items)]
         found.append(cast("TaskStage", replace(cast("Any", stage), **changes)))
     return found

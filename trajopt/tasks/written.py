@@ -13,6 +13,7 @@ from trajopt.tasks.cartesian.curves import polyline, pose_of, read_poses
 from trajopt.tasks.cartesian.following import Begin, FollowOptions
 from trajopt.tasks.grasping.grasp import Place, grasps_of
 from trajopt.tasks.grasping.gripper import gripper_of
+from trajopt.tasks.grasping.stages import PickObject, PlaceObject, SetGripper
 from trajopt.tasks.search import TaskStage
 from trajopt.tasks.stages import (
     AttachObject,
@@ -23,9 +24,6 @@ from trajopt.tasks.stages import (
     MoveObject,
     MoveTo,
     OneOf,
-    PickObject,
-    PlaceObject,
-    SetGripper,
 )
 from trajopt.tasks.task import Task
 from trajopt.values.documents.document import Node, read_document

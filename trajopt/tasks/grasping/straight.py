@@ -1,6 +1,6 @@
 """Straight motions without rotation of the tool: configurations along the line, then a problem."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,9 +10,7 @@ from trajopt.geometry.geometry import TOUCHING
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.status import Status
-from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, frame_placement, joint_positions, point_on_line
-from trajopt.problem.residual import Constraint
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions, Straight
@@ -100,32 +98,6 @@ def _tracked(query: Evaluator, tool: str, at: Floats, away: Floats, check: Calla
             return LineTrack(now, Status.COLLISION, f"{first} meets {second} {where}")
         now = after
     return LineTrack(readonly(np.array(now)))
-
-
-def straight_problem(
-    scene: Scene,
-    start: Floats,
-    goal: Floats,
-    *,
-    group: str,
-    tool: str,
-    options: GraspingOptions,
-    constraints: Sequence[Requirement | Constraint] = (),
-    name: str,
-) -> Problem:
-    """Return the problem of moving the tool on a line between positions of all joints [rad | m]."""
-    return Problem(
-        scene=scene,
-        group=group,
-        start=start,
-        goal=to_configuration(scene, group, goal),
-        constraints=(*along_line(scene, start, goal, tool, options), *constraints),
-        knots=KNOTS,
-        velocity_scaling=options.velocity_scaling,
-        acceleration_scaling=options.acceleration_scaling,
-        tool_speed=options.tool_speed,
-        name=name,
-    )
 
 
 def along_line(

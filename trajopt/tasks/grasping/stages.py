@@ -1,0 +1,405 @@
+"""Stages of a task that a gripper does: its fingers move, it picks an object up, it puts the object down."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from trajopt.geometry.geometry import gap, supports
+from trajopt.planning.status import Status
+from trajopt.problem.problem import PathConstraint
+from trajopt.problem.requirements import Requirement, frame_placement
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.tasks.grasping.grasp import Grasp, Place, Straight
+from trajopt.tasks.grasping.gripper import Gripper, gripper_of
+from trajopt.tasks.grasping.straight import along_line, track_line, up, vector_of
+from trajopt.tasks.result import NO_NAMES, CandidateNames, Handling, StageRefusal
+from trajopt.tasks.search import Leg, TaskSearch, TaskState, Way
+from trajopt.values.arrays import Floats, Value, number, one_of, several
+from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+
+LET_GO = 0.02
+"""Default opening of the fingers at release, in addition to the opening before [m]."""
+STILL = 1e-6
+"""Fingers nearer than this to their opening are not moved [rad | m]."""
+MET = "only what stands is picked and placed: meet it by plan, with a goal whose reference it is"
+"""Remedy for dynamic obstacles."""
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class SetGripper(Value):
+    """The fingers of a gripper move to an opening.
+
+    Attributes:
+        opening: Between the pads [m].
+        gripper: The gripper; that of the robot's SRDF if None.
+    """
+
+    opening: float
+    gripper: Gripper | None = None
+    name: str = ""
+    default_name = "gripper"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        del group
+        hand_of(scene, self.gripper).joints_at(self.opening)
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        del search
+        yield fingers(state, hand_of(state.scene, self.gripper), self.opening, self.name)
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class PickObject(Value):
+    """The gripper picks an object up: reach, approach, close and lift.
+
+    Attributes:
+        object: The object, at rest in the scene.
+        grasps: Grasps in order of preference.
+        gripper: The gripper; that of the robot's SRDF if None.
+        constraints: Requirements while it is lifted.
+    """
+
+    object: str
+    grasps: Sequence[Grasp]
+    gripper: Gripper | None = None
+    constraints: Sequence[PathConstraint] = ()
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not several("grasps", self.grasps, Grasp):
+            raise ProblemError(f"name at least one grasp of {self.object}")
+
+    @property
+    def default_name(self) -> str:
+        return f"pick {self.object}"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        del group
+        scene.object(self.object)
+        hand_of(scene, self.gripper)
+        for frame in (line.frame for grasp in self.grasps for line in (grasp.approach, grasp.lift)):
+            scene.holder(frame)
+        if self.object in held:
+            raise ProblemError(f"object {shown(self.object)} is in a hand already: place or detach it first")
+        if self.object in scene.changing:
+            raise ProblemError(
+                f"object {shown(self.object)} moves by itself, or is there for a time only; {MET}"
+            )
+        return held | {self.object}
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the ways by each grasp, configurations nearest to the present one first."""
+        gripper = hand_of(state.scene, self.gripper)
+        for given in self.grasps:
+            lines = _blended(given.approach, search), _blended(given.lift, search)
+            yield from self._by(replace(given, approach=lines[0], lift=lines[1]), gripper, search, state)
+
+    def _by(self, grasp: Grasp, gripper: Gripper, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        scene, tool, names = state.scene, gripper.tool, CandidateNames(grasp.name)
+        refused = partial(_refused, self.name, names)
+        if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
+            yield refused(
+                "open",
+                Status.GRIPPER_CANNOT,
+                f"needs {grasp.opening * 1e3:.1f} mm, closing to {grasp.width * 1e3:.1f} mm with "
+                f"{grasp.force:g} N; the gripper has {gripper.narrowest * 1e3:.1f} to "
+                f"{gripper.widest * 1e3:.1f} mm and {gripper.force:g} N",
+            )
+            return
+        start = gripper.opened(scene.robot, state.positions, grasp.opening)
+        reduced = search.reduced(scene, start)
+        stands = scene.placement_of(self.object, start)
+        if meets := hand_meets(reduced, gripper, stands * grasp.placement):
+            words = f"{meets} at the object, wherever the arm is"
+            yield refused("approach", Status.GOAL_IN_COLLISION, words)
+            return
+        goal = frame_placement(tool, stands * grasp.placement)
+        found = search.configurations(reduced, (goal,), f"{self.name}: reach", names)
+        if isinstance(found, StageRefusal):
+            yield found
+            return
+        for at in found[: search.options.configurations]:
+            there = reduced.all_positions(at)
+            usual = scene.placement_of(tool, there).rotation @ gripper.approach
+            way = vector_of(grasp.approach, scene, there, usual)
+            approach = track_line(reduced, tool, at, -way, search.tracker)
+            if approach.status is not None:
+                yield refused("approach", approach.status, approach.reason)
+                continue
+            closed = gripper.opened(scene.robot, there, grasp.width)
+            held = scene.attach(self.object, tool, at=closed, touch_links=gripper.links)
+            carrying = search.reduced(held, closed)
+            way = vector_of(grasp.lift, scene, there, up(scene))
+            lift = track_line(carrying, tool, at, way, search.tracker)
+            if lift.status is not None:
+                yield refused("lift", lift.status, lift.reason)
+                continue
+            before, lifted = reduced.all_positions(approach.end), carrying.all_positions(lift.end)
+            yield self._picked(grasp, gripper, search, state, held, before, there, lifted)
+
+    def _picked(
+        self,
+        grasp: Grasp,
+        gripper: Gripper,
+        search: TaskSearch,
+        state: TaskState,
+        held: Scene,
+        before: Floats,
+        at: Floats,
+        lifted: Floats,
+    ) -> TaskState:
+        """Return the state after the pick.
+
+        Args:
+            held: The scene with the object in the hand.
+            before: Positions of all joints at the beginning of the approach [rad | m].
+            at: At the object, fingers open.
+            lifted: At the end of the lift.
+        """
+        scene, tool, names = state.scene, gripper.tool, CandidateNames(grasp.name)
+        opened = fingers(state, gripper, grasp.opening, f"{self.name}: open", names=names)
+        line = along_line(scene, before, at, tool, search.options)
+        there = opened.to(Leg(f"{self.name}: reach", before, scene, names=names)).to(
+            Leg(f"{self.name}: approach", at, scene, line, near=at, names=names)
+        )
+        rest, name = search.options.grip_time, f"{self.name}: close"
+        closed = fingers(there, gripper, grasp.width, name, meets=self.object, rest=rest, names=names)
+        stood_on = supports(scene, self.object, scene.placement_of(self.object, at))
+        lifting = lifting_scene(held, self.object, stood_on, search.options.contact_time)
+        line = along_line(held, closed.positions, lifted, tool, search.options)
+        handled = {**state.handled, self.object: Handling(scene, gripper, self.name, grasp)}
+        return replace(closed, scene=held, handled=handled).to(
+            Leg(
+                f"{self.name}: lift",
+                lifted,
+                lifting,
+                (*line, *self.constraints),
+                near=closed.positions,
+                names=names,
+            )
+        )
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class PlaceObject(Value):
+    """The gripper puts the object in its hand down: carry, lower, release and retreat.
+
+    Attributes:
+        places: Places in order of preference.
+        gripper: The gripper; that of the robot's SRDF if None.
+        constraints: Requirements while it is carried and lowered.
+        opening: Of the fingers at release [m]; that of the grasp if None, or 2 cm more than before the stage
+            if the object was not grasped, or the largest possible.
+    """
+
+    object: str
+    places: Place | Sequence[Place]
+    gripper: Gripper | None = None
+    constraints: Sequence[PathConstraint] = ()
+    name: str = ""
+    opening: float | None = None
+
+    def __post_init__(self) -> None:
+        given = (self.places,) if isinstance(self.places, Place) else several("places", self.places, Place)
+        if not given:
+            raise ProblemError(f"name at least one place to put {self.object}")
+        object.__setattr__(self, "places", given)
+        if self.opening is not None:
+            number("opening", self.opening)
+
+    @property
+    def default_name(self) -> str:
+        return f"place {self.object}"
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        del group
+        scene.object(self.object)
+        hand_of(scene, self.gripper)
+        assert not isinstance(self.places, Place)
+        for place in self.places:
+            for frame in (place.frame, place.lower.frame, place.retreat.frame):
+                scene.holder(frame)
+            if (carrier := scene.carrier(place.frame)) is not None:
+                raise ProblemError(
+                    f"place {shown(place.name)} is on {shown(carrier)}, which moves by itself; {MET}"
+                )
+        if self.object not in held:
+            raise ProblemError(f"object {shown(self.object)} is not in a hand: pick it before, or attach it")
+        return held - {self.object}
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        """Yield the ways to each place, configurations nearest to the present one first."""
+        gripper = hand_of(state.scene, self.gripper)
+        assert not isinstance(self.places, Place)
+        for given in self.places:
+            lines = _blended(given.lower, search), _blended(given.retreat, search)
+            yield from self._at(replace(given, lower=lines[0], retreat=lines[1]), gripper, search, state)
+
+    def _at(self, place: Place, gripper: Gripper, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        held, start, tool = state.scene, state.positions, gripper.tool
+        handling = replace(_handling(state, self.object, gripper), place=place)
+        names = _names(handling)
+        refused = partial(_refused, self.name, names)
+        stands_on = supports(held, self.object, held.placement_of(place.frame, start) * place.placement)
+        lowering = lowering_scene(held, self.object, stands_on, search.options.contact_time)
+        reduced, carrying = search.reduced(lowering, start), search.reduced(held, start)
+        kept = (item for item in self.constraints if isinstance(item, Requirement))
+        wanted = (place.requirement(self.object), *kept)
+        found = search.configurations(reduced, wanted, f"{self.name}: lower", names)
+        if isinstance(found, StageRefusal):
+            yield found
+            return
+        opening = self._opening(gripper, handling, state)
+        for at in found[: search.options.configurations]:
+            there = reduced.all_positions(at)
+            down = vector_of(place.lower, held, there, -up(held))
+            lower = track_line(carrying, tool, at, -down, search.tracker)
+            if lower.status is not None:
+                yield refused("lower", lower.status, lower.reason)
+                continue
+            put = held.detach(self.object, at=there)
+            opened = gripper.opened(held.robot, there, opening)
+            leaving = search.reduced(put, opened)
+            usual = -(put.placement_of(tool, opened).rotation @ gripper.approach)
+            way = vector_of(place.retreat, put, opened, usual)
+            retreat = track_line(leaving, tool, at, way, search.tracker)
+            if retreat.status is not None:
+                yield refused("retreat", retreat.status, retreat.reason)
+                continue
+            above, away = reduced.all_positions(lower.end), leaving.all_positions(retreat.end)
+            rows = above, there, opened, away
+            yield self._placed(place, gripper, search, state, (lowering, put), rows, opening)
+
+    def _placed(
+        self,
+        place: Place,
+        gripper: Gripper,
+        search: TaskSearch,
+        state: TaskState,
+        scenes: tuple[Scene, Scene],
+        rows: tuple[Floats, Floats, Floats, Floats],
+        opening: float,
+    ) -> TaskState:
+        """Return the state after the place.
+
+        Args:
+            scenes: With the object in the hand, allowed to touch its support; and with the object put down.
+            rows: Positions of all joints above the place, at it, there with open fingers, and after the
+                retreat [rad | m].
+            opening: Of the fingers at release [m].
+        """
+        (lowering, put), (above, there, opened, away) = scenes, rows
+        held, carried, options, tool = state.scene, tuple(self.constraints), search.options, gripper.tool
+        handling = replace(_handling(state, self.object, gripper), place=place, placed=self.name)
+        names = _names(handling)
+        line = along_line(held, above, there, tool, options)
+        lowered = (
+            state.to(Leg(f"{self.name}: carry", above, held, carried, names=names))
+            .to(Leg(f"{self.name}: lower", there, lowering, (*line, *carried), near=there, names=names))
+            .rest(options.release_time)
+        )
+        lowered = replace(lowered, scene=put, handled={**state.handled, self.object: handling})
+        name = f"{self.name}: release"
+        released = fingers(lowered, gripper, opening, name, meets=self.object, names=names)
+        line = along_line(put, opened, away, tool, options)
+        return released.to(Leg(f"{self.name}: retreat", away, put, line, near=opened, names=names))
+
+    def _opening(self, gripper: Gripper, handling: Handling, state: TaskState) -> float:
+        opening = self.opening
+        if opening is None and handling.grasp is not None:
+            opening = handling.grasp.opening
+        if opening is None:
+            opening = gripper.opening_at(state.scene.robot, state.positions) + LET_GO
+        return min(opening, gripper.widest)
+
+
+def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
+    """Return the scene in which an object in the hand may touch its supports at first.
+
+    Args:
+        held: The scene with the object in the hand.
+        seconds: Duration of the contact since the beginning of the motion [s].
+    """
+    for support in supports:
+        held = held.allow_contact(f"{name} stood on {support}", name, support, first=seconds)
+    return held
+
+
+def lowering_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
+    """Return the scene in which an object in the hand may touch its supports at last, for a time [s]."""
+    for support in supports:
+        held = held.allow_contact(f"{name} stands on {support}", name, support, last=seconds)
+    return held
+
+
+def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
+    """Return the link and the object that overlap for a tool placement, "" for none; arm ignored."""
+    scene = reduced.scene
+    joint, held = reduced.attachment(gripper.tool)
+    hand = tool * held.inverse()
+    links = [body for body in reduced.bodies if body.owner in gripper.links and body.joint == joint]
+    for other in reduced.bodies:
+        if other.joint != 0 or other.owner in scene.robot.links:
+            continue
+        for body in links:
+            if scene.may_touch(body.owner, other.owner):
+                continue
+            if gap(hand * body.placement, body.shape, other.placement, other.shape) < 0.0:
+                return f"{body.owner} is inside {other.owner}"
+    return ""
+
+
+def fingers(
+    state: TaskState,
+    gripper: Gripper,
+    opening: float,
+    name: str,
+    *,
+    meets: str = "",
+    rest: float = 0.0,
+    names: CandidateNames = NO_NAMES,
+) -> TaskState:
+    """Return the state after the fingers moved to an opening [m], while the arm rests.
+
+    Args:
+        meets: The object that they touch.
+        rest: Time after it, for which the arm rests as well [s].
+    """
+    scene = state.scene
+    goal = gripper.opened(scene.robot, state.positions, opening)
+    if np.abs(goal - state.positions).max() < STILL:
+        return state.rest(rest, name) if rest > 0.0 else state
+    for finger in gripper.fingers if meets else ():
+        scene = scene.allow(finger, meets)
+    scene = replace(scene, margin=0.0, pair_margins={}, kind_margins={})
+    return state.rest().to(Leg(name, goal, scene, group=gripper.group, names=names)).rest(rest)
+
+
+def _handling(state: TaskState, name: str, gripper: Gripper) -> Handling:
+    return state.handled.get(name) or Handling(state.scene, gripper)
+
+
+def _names(handling: Handling) -> CandidateNames:
+    grasp, place = handling.grasp, handling.place
+    return CandidateNames("" if grasp is None else grasp.name, "" if place is None else place.name)
+
+
+def _blended(line: Straight, search: TaskSearch) -> Straight:
+    return replace(line, distance=max(line.distance - search.blend, 0.5 * line.distance))
+
+
+def hand_of(scene: Scene, given: Gripper | None) -> Gripper:
+    return gripper_of(scene) if given is None else one_of("gripper", given, Gripper)
+
+
+def _refused(stage: str, names: CandidateNames, step: str, status: Status, reason: str) -> StageRefusal:
+    return StageRefusal(f"{stage}: {step}", status, reason, names=names)
