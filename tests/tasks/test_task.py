@@ -92,6 +92,26 @@ def test_the_stages_fill_the_time_of_the_task(carried: TaskResult) -> None:
     assert "wait" in str(carried.explain())
 
 
+def test_stages_of_the_same_name_are_all_done(cell: to.Scene) -> None:
+    spots = {"x": over(0.5, 0.2), "x (2)": over(0.5, -0.2)}
+    stages = [MoveTo(spot, name=name) for name, spot in spots.items()]
+    asked = task(cell, *stages, MoveTo(over(0.4, 0.0), name="x"), MoveTo("ready"))
+    assert [stage.name for stage in asked.stages] == ["x", "x (2)", "x (3)", "move to ready"]
+    whole = to.plan(asked).trajectory
+    rows = whole(np.linspace(0.0, whole.duration, 2000))
+    for spot in (*spots.values(), over(0.4, 0.0)):
+        places = [cell.placement_of("panda_hand_tcp", row) for row in rows]
+        assert min(np.linalg.norm(at.translation - spot.translation) for at in places) < 2e-3
+
+
+def test_a_stage_must_not_have_the_name_of_a_step_of_another(
+    cell: to.Scene, grasps: tuple[Grasp, ...]
+) -> None:
+    step = MoveTo(over(0.5, -0.2), name="pick cup: reach")
+    with pytest.raises(ProblemError, match=r"'pick cup: reach'.* steps of stage 'pick cup'"):
+        task(cell, step, PickObject("cup", grasps))
+
+
 def test_the_trajectory_is_the_whole_task(carried: TaskResult, tmp_path: Path) -> None:
     whole, begin = carried.trajectory, 0.0
     assert whole.duration == pytest.approx(carried.duration)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import accumulate, chain, count
 from threading import Event
 from typing import Any, cast
 
@@ -71,7 +72,7 @@ class Task(Value):
 
         Raises:
             ProblemError: If there is no stage, or one cannot be done: an unknown object, a place before its
-                pick. The message names the stage.
+                pick; or if its name begins with that of another and ": ". The message names the stage.
         """
         robot = one_of("scene", self.scene, Scene).robot
         name_of("name", self.name)
@@ -80,7 +81,9 @@ class Task(Value):
         stages = several("stages", self.stages, TaskStage)
         if not stages:
             raise ProblemError("a task needs at least one stage, such as MoveTo(goal)")
-        named = tuple(_named(stages, {}))
+        names: set[str] = set()
+        named = tuple(_named(stages, names))
+        _check_steps(names)
         for attribute, value in (("group", group), ("stages", named), ("start", start), ("_start", start)):
             object.__setattr__(self, attribute, value)
         one_of("stops", self.stops, bool)
@@ -173,14 +176,30 @@ class Task(Value):
         )
 
 
-def _named(stages: Sequence[TaskStage], taken: dict[str, int]) -> list[TaskStage]:
+def _named(stages: Sequence[TaskStage], taken: set[str]) -> list[TaskStage]:
     found: list[TaskStage] = []
     for stage in stages:
         name = stage.name or stage.default_name
-        taken[name] = taken.get(name, 0) + 1
-        unique = name if taken[name] == 1 else f"{name} ({taken[name]})"
+        numbered = (f"{name} ({number})" for number in count(2))
+        unique = next(each for each in chain((name,), numbered) if each not in taken)
+        taken.add(unique)
         changes: dict[str, Any] = {"name": unique}
         if isinstance(stage, Choice):
             changes["items"] = [_named(item, taken) for item in as_items(stage.items)]
         found.append(cast("TaskStage", replace(cast("Any", stage), **changes)))
     return found
+
+
+def _check_steps(names: set[str]) -> None:
+    """Refuse a name that could be the name of a step of another stage.
+
+    Raises:
+        ProblemError: If there is one.
+    """
+    for name in sorted(names):
+        for owner in accumulate(name.split(": ")[:-1], "{}: {}".format):
+            if owner in names:
+                raise ProblemError(
+                    f"stage {shown(name)}: such names are those of the steps of stage {shown(owner)}; "
+                    f"choose another that does not begin with {shown(owner + ': ')}"
+                )
