@@ -225,7 +225,7 @@ def test_a_number_like_name_is_kept_as_a_key_and_reported_as_a_value(tmp_path: P
         "1.50": 0.3,
     }
     with pytest.raises(
-        FileFormatError, match=r"id: must be text, is 3 \(YAML reads it so unless it stands in q"
+        FileFormatError, match=r"id: must be text, is 3 \(YAML reads it so unless it is quoted"
     ):
         node["id"].text()
     file.write_text("joints: {3: 0.1, '3': 0.2}\n")

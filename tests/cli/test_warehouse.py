@@ -95,7 +95,7 @@ def test_bundles_and_warehouses_go_out_and_in(filled: Path, tmp_path: Path) -> N
     assert "written to" in said("export", filled, "--out", other)
     assert "nothing new" in said("export", filled, "--out", other)
     assert len(json.loads(said("import", tmp_path / "third", other, bundle, "--json"))) == 6
-    assert "name what is to be written" in refused(ModelError, "export", filled, "--out", bundle)
+    assert "name the entry" in refused(ModelError, "export", filled, "--out", bundle)
 
 
 def test_a_plan_is_kept_from_its_bundle(filled: Path, tmp_path: Path) -> None:
@@ -105,7 +105,7 @@ def test_a_plan_is_kept_from_its_bundle(filled: Path, tmp_path: Path) -> None:
     entry = json.loads(said("add", filled, "task", "--bundle", tmp_path / "p.trajopt", "--json"))
     assert (entry["kind"], entry["status"]) == ("plan", "SOLVED")
     assert "SOLVED" in said("ls", filled, "--solved") and "SOLVED" not in said("ls", filled, "--failed")
-    assert "say which kind" in refused(ModelError, "rm", filled, "task")
+    assert "give the kind" in refused(ModelError, "rm", filled, "task")
     assert "removed" in said("rm", filled, "task", "--kind", "plan")
 
 
@@ -118,7 +118,7 @@ def test_conflicting_arguments_are_refused(filled: Path, tmp_path: Path) -> None
     assert "--bundle or --robot" in refused(
         ModelError, "add", filled, "x", "--bundle", tmp_path / "p.trajopt", *arm
     )
-    assert "give what is to be kept" in refused(ModelError, "add", filled, "x")
+    assert "give the entry" in refused(ModelError, "add", filled, "x")
     both = ("--state", tmp_path / "t.yaml", "--constraints", tmp_path / "c.yaml")
     assert "give one of" in refused(ModelError, "add", filled, "x", *arm, *both)
     assert "give one of" in refused(ModelError, "add", filled, "x", *arm, "--request", tmp_path / "r.yaml")

@@ -67,4 +67,4 @@ def test_robot_that_is_already_too_near_does_not_turn_away(problem: to.Problem) 
     supervisor.cycle()
     unproven = [event for event in supervisor.events if event.kind is EventKind.UNPROVEN_STOP]
     assert len(unproven) == 1 and "cube" in unproven[0].words
-    assert unproven[0].words.startswith("the robot is too near to an obstacle where a stop can begin: ")
+    assert unproven[0].words.startswith("the robot is too near to an obstacle when a stop can begin: ")

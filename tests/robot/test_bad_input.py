@@ -81,7 +81,7 @@ EDITS: dict[str, tuple[Edit, type[TrajoptError], str]] = {
     "attach to what stands in the world": (
         lambda s: s.attach("cup", "table", placement=placement()),
         ModelError,
-        "'table' stands in the world.*move 'cup'",
+        "'table' is fixed in the world.*move 'cup'",
     ),
     "attach to the world": (lambda s: s.attach("cup", "world", placement=placement()), ModelError, "'world'"),
     "attach to itself": (lambda s: s.attach("tool", "tool", placement=placement()), ModelError, "its own"),

@@ -37,7 +37,7 @@ def test_a_cover_that_stays_coarse_is_a_note_on_the_robot(arm: Path, monkeypatch
     for _ in range(2):  # made, and from the cache
         (note,) = to.load(arm).notes
         assert note.startswith("collision mesh of link0, link1, link2, link3: ")
-        assert "stand out of it by up to" in note
+        assert "protrude by up to" in note
 
 
 def test_progress_is_reported_after_a_second(

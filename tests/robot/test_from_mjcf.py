@@ -193,7 +193,7 @@ def test_free_bodies_stand_still_and_balls_are_refused(tmp_path: Path) -> None:
     free = ARM.replace('<geom name="pillar"', '<freejoint name="root"/><geom name="pillar"')
     robot = to.Robot.from_mjcf(written(tmp_path, free.replace('qpos="', 'qpos="0 0 0 1 0 0 0 ')))
     assert robot.joint_names == ("shoulder", "reach", "roll", "left", "right")
-    assert "joint 'root' is free: base is fixed where it stands" in robot.notes
+    assert "joint 'root' is free: base is fixed in its place" in robot.notes
     with pytest.raises(UnsupportedJoint, match="'roll' is of type 'ball'"):
         ball = ARM.replace('<joint name="roll" axis="1 0 0"/>', '<joint name="roll" type="ball"/>')
         ball = ball[: ball.index("<equality>")] + "</mujoco>"
@@ -217,7 +217,7 @@ def test_omitted_parts_are_noted(tmp_path: Path) -> None:
     assert "equality constraints are not kept, loops among them: loop" in said
     assert "no actuator moves these joints, and no group does: reach" in said
     assert "damping of joints do not count in torques" in said
-    assert "gravity is taken as (0.0, 0.0, -9.81) m/s^2, where the file has [0.0, 0.0, -1.62]" in said
+    assert "gravity is taken as (0.0, 0.0, -9.81) m/s^2; the file has [0.0, 0.0, -1.62]" in said
     assert robot.passive_joints == {"reach"} and "reach" not in robot.group("all").joints
 
 

@@ -91,7 +91,7 @@ def test_cutting_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch, 
     mesh = Mesh(corners, np.array(faces, dtype=np.int32))
     assert mesh.is_closed
     covers = [cover_mesh(mesh, MeshPolicy()) for _ in range(2)]
-    assert "stand out of it by up to" in covers[0].note and "MeshPolicy(exact=True)" in covers[0].note
+    assert "protrude by up to" in covers[0].note and "MeshPolicy(exact=True)" in covers[0].note
     assert covers[0].note == covers[1].note, "work is counted, not timed"
     for corner in mesh.vertices:
         assert any(

@@ -118,7 +118,7 @@ def test_a_joint_that_mimics_an_unknown_joint_moves_freely_and_is_noted(tmp_path
     robot = planar(tmp_path, {"m1": ("j2", 1.0, 0.0), "m2": ("m1", 2.0, 0.0)})
     assert robot.groups["all"].joints == ("j1", "m1")
     assert robot.positions({"m1": 0.2}) == pytest.approx((0.0, 0.2, 0.4))
-    assert robot.notes == ("joints move on their own that mimic what the robot does not have: m1 ('j2')",)
+    assert robot.notes == ("joints that mimic a missing joint move on their own: m1 ('j2')",)
 
 
 def test_a_mimic_of_a_fixed_joint_is_at_its_offset(tmp_path: Path) -> None:

@@ -277,7 +277,7 @@ def test_a_gripper_in_the_group_of_all_joints_is_noted(
     (tmp_path / "arm.urdf").write_text(FINGERED.format(joint=joint, link=link))
     said = (
         "no groups are named, so all joints are in group 'all' and are planned together, "
-        f"also what looks like a gripper's by its name: {joint}"
+        f"including likely joints of a gripper: {joint}"
     )
     assert (said in to.load(tmp_path / "arm.urdf").notes) is looks
     group = '<group name="arm"><joint name="turn"/></group>'

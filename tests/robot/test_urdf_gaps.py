@@ -154,7 +154,7 @@ def test_links_that_are_seen_and_not_solid_are_named(tmp_path: Path) -> None:
 def test_negative_moments_of_inertia_are_noted(tmp_path: Path) -> None:
     robot = loaded(tmp_path, 'ixx="0.1"', 'ixx="-0.1"')
     (said,) = (note for note in robot.notes if "inertia" in note)
-    assert said.startswith("no body has the negative moments of inertia that are stated of what swing moves")
+    assert said.startswith("bodies on swing have negative moments of inertia, which is impossible")
     assert not any("inertia" in note for note in loaded(tmp_path, MASS, MASS).notes)
 
 

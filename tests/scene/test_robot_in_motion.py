@@ -147,7 +147,7 @@ def test_an_object_is_carried_by_a_moving_frame(other: ReducedModel) -> None:
     assert replace(scene).changing == ("belt",)
     with pytest.raises(to.TrajoptError, match="not attached"):
         scene.detach("belt", at=start)
-    with pytest.raises(to.TrajoptError, match="stands in the world: nothing attached to it would move"):
+    with pytest.raises(to.TrajoptError, match="is fixed in the world: nothing attached to it would move"):
         scene.attach("belt", "tray", at=start)
 
 

@@ -238,7 +238,7 @@ def test_a_scene_that_is_edited_while_the_robot_is_driven_leaves_it_where_it_has
         assert refused.value.why is Why.BUSY
         said = {"is_diff": True, "robot_state": {"joint_state": {"name": ["joint1"], "position": [-1.0]}}}
         noted = await service.ask(session, "planning_scene", said)
-        assert "does not count" in noted.document()["notes"][-1]
+        assert "are ignored" in noted.document()["notes"][-1]
         assert session.positions == [0.7, 0.2]
         halt()
         await run

@@ -95,7 +95,7 @@ def test_one_number_of_1e300_is_refused(problem: to.Problem, trajectory: to.Traj
     }
     columns[column][5, 2] = 1e300
     huge = to.Trajectory(trajectory.joint_names, trajectory.times, **columns)
-    with pytest.raises(ShapeError, match="panda_joint3 are no motion"):
+    with pytest.raises(ShapeError, match="panda_joint3 are not a motion"):
         to.judge(problem, huge)
 
 

@@ -107,7 +107,7 @@ def opened_in(playwright: object, live: LiveView, size: tuple[int, int]) -> "Pag
     page: Page = browser.new_page(viewport={"width": size[0], "height": size[1]})
     page.set_default_timeout(1000.0 * PATIENCE)
     page.goto(live.url)
-    page.get_by_text("The goal is where the robot is").wait_for()
+    page.get_by_text("The goal is the present configuration").wait_for()
     # A browser without a graphics card says so, over the scene.
     page.locator(".mantine-Notification-closeButton").click()
     return page

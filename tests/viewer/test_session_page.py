@@ -191,7 +191,7 @@ def test_in_a_browser_a_goal_is_planned_for(server: Serving, session: Session, b
     session.edit([POST])
     browser_page.goto(f"{server.url}/#{session.id}")
     frame = browser_page.frame_locator("#view")
-    frame.get_by_text("The goal is where the robot is").wait_for()
+    frame.get_by_text("The goal is the present configuration").wait_for()
     ask_for(frame, -45)
     frame.get_by_text("Free of collisions").wait_for()
     ask_for(frame, 90)

@@ -64,7 +64,7 @@ def report(
         write_text(html, page(found, compared))
     if picture is not None:
         if found.places is None:
-            raise CampaignError(f"{folder} is about no places of a base: there is no map to draw")
+            raise CampaignError(f"{folder} does not vary the place of a base: there is no map to draw")
         write_text(picture, map_of(found.places))
     if as_json:
         beside_it = None if compared is None else compared.as_dict()

@@ -70,11 +70,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON instead of 
 
 @dataclass(frozen=True)
 class Ending:
-    """Requirements on the end of a motion, in addition to the request.
-
-    Attributes:
-        dwell: Time for which the robot stays clear at the goal [s].
-    """
+    """Dwell clear at the goal, and deadline [s], in addition to the request."""
 
     dwell: float = 0.0
     finish_by: float | None = None

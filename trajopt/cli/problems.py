@@ -96,11 +96,7 @@ POSE = 6
 
 @dataclass(frozen=True)
 class Ends:
-    """Start and goal as written: a state, numbers of joints, or joint=position.
-
-    Attributes:
-        degrees: Whether angles are in degrees instead of radians.
-    """
+    """Start and goal as written: a state, numbers of joints (rad or degrees), or joint=position."""
 
     start: str
     goal: str

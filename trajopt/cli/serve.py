@@ -72,11 +72,7 @@ RosOption = Annotated[Ros, typer.Option("--ros", help="ROS distribution to emula
 
 @dataclass(frozen=True)
 class RosbridgeFace:
-    """The rosbridge server of the options.
-
-    Attributes:
-        token: Secret in the address of rosbridge; none is needed if empty.
-    """
+    """The rosbridge server of the options, with the secret in its address, if any."""
 
     host: str
     port: int

@@ -75,7 +75,7 @@ def view(
     viewer: Served
     if mirror is not None:
         if file is not None or robot is not None:
-            raise ProblemError("view: --mirror shows what is at its address: leave out the file and --robot")
+            raise ProblemError("view: --mirror shows the robot at its address: omit the file and --robot")
         viewer = mirror_view(mirror, token=token, port=port, host=host)
     elif file is None:
         if robot is None:
@@ -114,6 +114,6 @@ def _live(
 def _run(file: RecordingFile, path: Path, source: RobotSource | None, port: int, host: str) -> RunViewer:
     if source is None:
         if file.source is None:
-            raise FileFormatError(str(path), f"does not say where {file.robot_name} is from; give --robot")
+            raise FileFormatError(str(path), f"does not state the source of {file.robot_name}; give --robot")
         source = RobotSource.from_dict(path, dict(file.source))
     return view_run(file.read(source.load()), port=port, host=host)

@@ -181,7 +181,7 @@ def export(
     """Write a bundle, or copy into another warehouse. Exit status 0, or 2 for bad input."""
     with Warehouse(file, create=False) as kept:
         if not name and (is_bundle(out) or version is not None):
-            raise ModelError("name what is to be written: a bundle has one plan or problem")
+            raise ModelError("name the entry: a bundle has one plan or problem")
         chosen = (
             (kept.entry(name, kind=_kind(kind), version=version),) if name else kept.find(kind=_kind(kind))
         )
@@ -284,7 +284,7 @@ class Given:
 def value_given(given: Given) -> Robot | Scene | Problem | StoredState | Constraints:
     """Return the value to add."""
     if given.robot is None:
-        raise ModelError("give what is to be kept: --bundle, or --robot with or without what is of it")
+        raise ModelError("give the entry: --bundle, or --robot, alone or with an option of its own")
     chosen = [each for each in (given.scene, given.state, given.constraints) if each is not None]
     if len(chosen) > 1 or (given.request is not None and given.scene is None):
         raise ModelError("give one of --scene (with or without --request), --state and --constraints")

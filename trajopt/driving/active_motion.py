@@ -133,11 +133,7 @@ class ActiveMotion(Printed):
         return PieceStatus.UNPROVEN
 
     def commit(self, intended: IntendedMotion, begin: float, now: float, *, delay: float = 0.0) -> bool:
-        """Prove the next piece of a motion with a stop, and give it to the executor; return whether it is.
-
-        Args:
-            delay: How much later than necessary it brakes [s].
-        """
+        """Prove the next piece of a motion with a stop, `delay` [s] later than necessary, and commit it."""
         after = min(self._horizon(now) + delay - intended.begin, intended.trajectory.duration)
         stop = intended.stops.earliest(begin - intended.begin, after=after)
         commitment, guard = self.commitment, intended.goal.guard

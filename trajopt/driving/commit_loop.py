@@ -99,11 +99,7 @@ class Commitment(Printed):
         return [self.executor.joint_names.index(name) for name in self.joint_names]
 
     def approach_query(self, scene: Scene, braking: Braking, clearance: float) -> ApproachQuery:
-        """Return the query of the allowed approach speeds in a scene.
-
-        Args:
-            clearance: Distance to keep in addition to the required clearances and the tracking deviation [m].
-        """
+        """Return the query of the allowed approach speeds in a scene, with a further clearance [m]."""
         problem = self.guard.problem
         reduced = reduce_model(scene, problem.group, problem.start_positions)
         return ApproachQuery(reduced, braking, clearance + self.guard.options.distance_error)
@@ -113,21 +109,13 @@ class Commitment(Printed):
         self.constrained, self.left_path_at = True, None
 
     def report_world(self, scene: Scene, stamp: float) -> None:
-        """Replace the world.
-
-        Raises:
-            ProblemError: If the scene belongs to another robot.
-        """
+        """Replace the world by a scene of the same robot."""
         self.world = self.world.updated(scene, stamp)
         self.world_changed = True
         self.journal.note(EventKind.WORLD_CHANGED)
 
     def failed(self, *, engaged: bool) -> bool:
-        """Return whether the robot does not follow; a robot that is off its track is stopped.
-
-        Args:
-            engaged: Whether the robot has a task: only then a fault is noted.
-        """
+        """Return whether the robot does not follow; stop one off its track. Note a fault only if engaged."""
         fault = self.executor.fault()
         self.journal.note_once(EventKind.FAULT, fault if engaged else "")
         if fault:

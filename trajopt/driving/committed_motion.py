@@ -158,11 +158,7 @@ class CommittedMotion:
 
     @checked
     def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:
-        """Return the rest from a time on as one motion; None if there is none.
-
-        Raises:
-            JointNotFound: If one is not driven.
-        """
+        """Return the rest from a time on as one motion; None if there is none."""
         for name in joint_names:
             if name not in self.joint_names:
                 raise JointNotFound("joint that is driven", name, self.joint_names)

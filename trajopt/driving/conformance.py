@@ -27,11 +27,7 @@ PEAK = 10.0 / 3.0**0.5
 
 @dataclass(frozen=True)
 class Rule(Value):
-    """A rule for executors, and whether it holds.
-
-    Attributes:
-        broken: The violation; empty if it holds.
-    """
+    """A rule for executors, and how it is broken; empty if it holds."""
 
     name: str
     broken: str = ""

@@ -62,11 +62,7 @@ class Journal(Printed):
     """
 
     def __init__(self, now: Callable[[], float]) -> None:
-        """Begin empty.
-
-        Args:
-            now: Returns the time on the executor's clock [s].
-        """
+        """Begin empty; `now` returns the time on the executor's clock [s]."""
         self.events = list[Event]()
         self.seconds = dict[str, list[float]]()
         self._now, self._lasting = now, dict[EventKind, str]()

@@ -100,11 +100,7 @@ class Executor(Protocol):
 
 
 class IdealExecutor:
-    """Executor without tracking error or simulation, on a given clock or one that the caller advances.
-
-    Attributes:
-        committed: The motion that it holds.
-    """
+    """Executor without tracking error or simulation, on a given clock or one that the caller advances."""
 
     @checked
     def __init__(

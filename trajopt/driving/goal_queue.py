@@ -286,7 +286,7 @@ class GoalQueue(Printed):
             return False
         commitment.constrained = False
         commitment.journal.note(
-            EventKind.RECOVERING, f"back to where it left its path to stop: {result.reason}"
+            EventKind.RECOVERING, f"back to its path, which it left for a stop: {result.reason}"
         )
         return True
 

@@ -107,11 +107,7 @@ def _scaled(planned: Trajectory, scaling: SpeedScaling) -> Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class GuardedGoal(Value):
-    """A goal of a supervisor.
-
-    Attributes:
-        blend_radius: If another goal follows, the tool may pass within this distance instead of stopping [m].
-    """
+    """A goal of a supervisor, at whose end the tool may be passed within a blend radius [m]."""
 
     problem: Problem
     guard: MotionGuard

@@ -49,11 +49,7 @@ class RecordedMotion(Value):
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Sighting(Value):
-    """A reported world.
-
-    Attributes:
-        since: When it was reported [s].
-    """
+    """A reported world, and when it was reported [s]."""
 
     since: float
     world: WorldSnapshot
@@ -253,11 +249,7 @@ class Logbook:
 
     @checked
     def look(self, watched: Watched) -> None:
-        """Record the present state.
-
-        Raises:
-            ProblemError: If it is another driver than before.
-        """
+        """Record the present state."""
         with self._lock:
             if self._watched is None:
                 self._begin(watched)
@@ -267,11 +259,7 @@ class Logbook:
 
     @checked
     def note(self, decision: Decision) -> None:
-        """Record a decision of the guard.
-
-        Raises:
-            ProblemError: If `look` was not called before: then there is no clock.
-        """
+        """Record a decision of the guard, after a first `look`."""
         with self._lock:
             if self._watched is None:
                 raise ProblemError("the logbook has no sample; call look before note")
@@ -298,20 +286,12 @@ class Logbook:
 
     @property
     def recording(self) -> Recording:
-        """The recording.
-
-        Raises:
-            ProblemError: If there is no sample.
-        """
+        """The recording so far, of at least one sample."""
         return self._recording(0)
 
     @property
     def moment(self) -> RecordedMoment:
-        """The state at the last sample.
-
-        Raises:
-            ProblemError: If there is none.
-        """
+        """The state at the last sample."""
         return self._recording(LATEST).at(np.inf)
 
     def _begin(self, watched: Watched) -> None:
@@ -392,20 +372,12 @@ class RecordingFile(Value):
 
     @staticmethod
     def is_one(path: Path | str) -> bool:
-        """Return whether a file is a recording in JSON.
-
-        Raises:
-            FileFormatError: If it cannot be read.
-        """
+        """Return whether a file is a recording in JSON."""
         return Path(path).suffix == ".json" and read_document(path).has("format")
 
     @staticmethod
     def open(path: Path | str) -> "RecordingFile":
-        """Open a file.
-
-        Raises:
-            FileFormatError: If it is not a recording, or has another version.
-        """
+        """Open a file."""
         document = read_document(path)
         if document["format"].text("") != FORMAT:
             raise document.error(f"is not a recording: its format is not {FORMAT!r}")

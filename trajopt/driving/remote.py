@@ -67,11 +67,7 @@ def _result(executor: Executor, name: str, arguments: tuple[Any, ...]) -> object
 
 
 class RemoteExecutor:
-    """An executor in another process.
-
-    Attributes:
-        latency: Least time from giving a motion to its beginning, with the time of messages [s].
-    """
+    """An executor in another process; its latency includes the time of messages [s]."""
 
     def __init__(self, connection: "Connection[Any, Any]", *, delay: float = DELAY) -> None:
         """Read the properties of the executor from the process that calls `attend`.

@@ -89,11 +89,7 @@ class Servo(CommitLoop):
 
     @checked
     def release(self, why: str) -> None:
-        """Stop: from the next tick there is no command.
-
-        Args:
-            why: Reason, for the event.
-        """
+        """Stop: from the next tick there is no command; `why` is noted in the event."""
         if self._command is not None:
             self._command = None
             self._commitment.journal.note(EventKind.STOPPING, why)

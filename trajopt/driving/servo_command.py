@@ -64,11 +64,7 @@ class Twist(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class Pose(Value):
-    """A placement to which the tool moves.
-
-    Attributes:
-        placement: Of the tool, in the world.
-    """
+    """Placement of the tool in the world, to which it moves."""
 
     placement: PlacementLike
     target: Placement = field(init=False, repr=False)
@@ -80,11 +76,7 @@ class Pose(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class JointVelocities(Value):
-    """Velocities of joints.
-
-    Attributes:
-        velocities: Joint of the group -> velocity [rad/s | m/s]; 0 for the others.
-    """
+    """Velocities by joint of the group [rad/s | m/s]; 0 for the others."""
 
     velocities: Mapping[str, float]
 

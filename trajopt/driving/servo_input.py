@@ -90,11 +90,7 @@ class ServoInput(Protocol):
     """A source of orders: a gamepad, a page in the browser, a recorded stream."""
 
     def read(self, since: float) -> Order | None:
-        """Return the order of this tick; None if there is none.
-
-        Args:
-            since: Time since the first tick [s].
-        """
+        """Return the order at a time since the first tick [s]; None if there is none."""
         ...
 
     @property
@@ -168,11 +164,7 @@ class TimedOrder(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class Stream(Value):
-    """A stream of orders.
-
-    Attributes:
-        orders: In the order of time.
-    """
+    """Orders in the order of time."""
 
     orders: Sequence[TimedOrder]
 

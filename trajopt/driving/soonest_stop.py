@@ -96,7 +96,7 @@ def why_unproven(guard: MotionGuard, world: WorldSnapshot, begin: float, stop: T
         return why
     if clear_at(guard, world, begin, stop):
         return f"no clear stop was found: {why}"
-    return f"the robot is too near to an obstacle where a stop can begin: {why}"
+    return f"the robot is too near to an obstacle when a stop can begin: {why}"
 
 
 def evading_stops(

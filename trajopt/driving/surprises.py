@@ -97,11 +97,7 @@ class Surprises(Value):
 
     @checked
     def world(self, scene: Scene) -> Scene:
-        """Return the real world over time; its clock shows 0 at the start of the robot.
-
-        Raises:
-            ModelError: If a moved object is not in the scene, or a new one is.
-        """
+        """Return the real world over time; its clock shows 0 at the start of the robot."""
         for each in self.objects:
             if each.shape is not None:
                 scene = scene.add(each.name, each.shape, each.placement, appears=each.at, expires=each.leaves)

@@ -134,11 +134,7 @@ class UrController:
 
     @checked
     def command(self, positions: Floats, velocities: Floats) -> None:
-        """Send positions.
-
-        Raises:
-            ExecutionError: If the controller does not take them.
-        """
+        """Send positions."""
         del velocities
         # The second and third argument, speed and acceleration, have no effect.
         if not self._control.servoJ(positions.tolist(), 0.0, 0.0, *self._timing):
@@ -157,12 +153,7 @@ class UrController:
         return "" if self._control.isProgramRunning() else "the control script does not run on the arm"
 
     def reset(self) -> None:
-        """Start the control script again if it has ended.
-
-        Raises:
-            ExecutionError: If the arm is stopped, which is cleared on its pendant, or the script does not
-                start.
-        """
+        """Start the control script again if it has ended; raises if the arm is stopped on its pendant."""
         if self.error() and not self._control.isProgramRunning():
             self._control.reuploadScript()
         if fault := self.error():

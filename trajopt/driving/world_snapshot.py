@@ -22,11 +22,7 @@ class WorldSnapshot(Value):
     stamp: float
 
     def updated(self, scene: Scene, stamp: float) -> "WorldSnapshot":
-        """Return the next snapshot.
-
-        Raises:
-            ProblemError: If the scene belongs to another robot.
-        """
+        """Return the next snapshot, of the same robot."""
         driven, other = self.scene.robot, scene.robot
         # A scene from another process contains a copy of the robot.
         if other is not driven and (other.name != driven.name or other.model != driven.model):

@@ -79,14 +79,7 @@ class ReachMap(Value):
         return float(self.origin[axis]) + self.cell * middles
 
     def cell_of(self, point: ArrayLike) -> tuple[int, int, int] | None:
-        """Return the indices of the cell of a point; None outside of the grid.
-
-        Args:
-            point: In the reference frame, shape (3,) [m].
-
-        Raises:
-            ShapeError: If it is not a point.
-        """
+        """Return the indices of the cell of a point; None outside of the grid."""
         i, j, k = np.floor((floats("point", point, (3,)) - self.origin) / self.cell).astype(int).tolist()
         inside = all(0 <= at < size for at, size in zip((i, j, k), self.hits.shape, strict=True))
         return (i, j, k) if inside else None
@@ -104,11 +97,7 @@ class ReachMap(Value):
     @staticmethod
     @checked
     def load(path: Path | str) -> "ReachMap":
-        """Read a map that `save` wrote.
-
-        Raises:
-            FileFormatError: If the file is missing or holds no reach map.
-        """
+        """Read a map that `save` wrote."""
         try:
             with np.load(path) as file:
                 return ReachMap(
@@ -156,13 +145,10 @@ def reach_map(
     """Map the reach of a frame without collision, by random configurations.
 
     Args:
-        reduced: The robot with its group's joints free, in its scene.
         count: Drawn configurations; the map omits those in collision.
         approach: Axis of the frame whose direction is counted, shape (3,).
-        reference: The reference frame of positions and directions.
         margin: Clearance to keep from everything [m]; the scene's own margins if None.
         length: Length of a radian in the manipulability [m].
-        progress: Called with the number of drawn configurations.
 
     Raises:
         FrameNotFound: If a frame is unknown.
@@ -355,11 +341,8 @@ def sample_table(
     """Draw configurations uniformly within limits and compute the placements of a frame.
 
     Args:
-        reduced: The robot with its group's joints free, in its scene.
-        reference: The reference frame of placements.
         margin: Clearance of a clear configuration [m]; the scene's own margins if None.
         only_clear: Whether to draw until `count` rows are clear; otherwise rows in collision count too.
-        progress: Called with the number of rows.
 
     Raises:
         FrameNotFound: If a frame is unknown.
@@ -409,12 +392,7 @@ def _rows(query: Evaluator, frame: str, reference: str, positions: Floats, free:
 
 @checked
 def read_table(path: Path | str) -> ConfigurationTable:
-    """Read a table written by `ConfigurationTable.write`.
-
-    Raises:
-        FileFormatError: If the file is missing or is not such a table.
-        MissingExtra: If it is Parquet and pyarrow is not installed.
-    """
+    """Read a table written by `ConfigurationTable.write`."""
     try:
         return _read_npz(path) if check_table_path(path) == ".npz" else _read_parquet(path)
     except (OSError, ValueError, KeyError) as error:
@@ -423,12 +401,7 @@ def read_table(path: Path | str) -> ConfigurationTable:
 
 @checked
 def check_table_path(path: Path | str) -> str:
-    """Return the suffix of a table's file, once it is known that it can be written and read.
-
-    Raises:
-        FileFormatError: If it is neither `.npz` nor `.parquet`.
-        MissingExtra: If it is Parquet and pyarrow is not installed.
-    """
+    """Return the suffix of a table's file, once it is known that it can be written and read."""
     suffix = Path(path).suffix
     if suffix not in (".npz", ".parquet"):
         raise FileFormatError(str(path), "a table is written as .parquet or .npz")

@@ -78,7 +78,7 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
     if coarse:
         far, asked = 1000.0 * cover.reach, 1000.0 * policy.tolerance
         note += (
-            f", which stand out of it by up to {far:.0f} mm: cutting came to its bound before "
+            f", which protrude by up to {far:.0f} mm: cutting reached its limit of work before "
             f"{asked:g} mm; MeshPolicy(exact=True) keeps the triangles"
         )
     return Cover(shapes, note, centre, coarse)

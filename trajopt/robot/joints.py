@@ -29,11 +29,7 @@ _PER_SECOND = ("", "/s", "/s^2", "/s^3")
 
 
 def joint_unit(model: pin.Model, joint: str, *, order: int = 0) -> str:
-    """Return the unit of a joint's position or its derivative.
-
-    Args:
-        order: 0 position, 1 velocity, 2 acceleration, 3 jerk.
-    """
+    """Return the unit of a joint's position (order 0), velocity, acceleration or jerk."""
     kind = str(model.joints[model.getJointId(joint)].shortname())
     return ("m" if kind.startswith("JointModelP") else "rad") + _PER_SECOND[order]
 

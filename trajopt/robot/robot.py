@@ -67,11 +67,7 @@ from trajopt.values.printed import in_number, in_short
 
 @dataclass(frozen=True)
 class FrameAttachment:
-    """A frame fixed to a link, such as the tool centre point.
-
-    Attributes:
-        placement: Of the frame in the link's frame.
-    """
+    """A frame fixed to a link, such as the tool centre point."""
 
     link: str
     placement: Placement
@@ -447,7 +443,7 @@ def _from_description(written: Urdf, semantics: Srdf, base: MovingBase | None, o
     try:
         model = pin.buildModelFromXML(based.urdf.xml)
     except ValueError as error:
-        reason = f"{error} (what is wrong is told above, on standard error)"
+        reason = f"{error} (the parser's message is above, on standard error)"
         raise FileFormatError(str(written.path), reason) from error
     fixed = fixed_joint_names(model)
     mimics, said = resolve_mimics(based.urdf.mimics, movable=tuple(model.names[1:]), fixed=fixed)

@@ -184,11 +184,7 @@ class FollowJointTrajectoryExecutor:
         return self._failure or self._client.failure or old
 
     def clear_fault(self) -> None:
-        """Continue from the measured positions, at rest.
-
-        Raises:
-            ExecutionError: If the connection is lost, or joint states do not arrive.
-        """
+        """Continue from the measured positions, at rest."""
         with self._lock:
             self._failure, self._goal = "", ""
             if fault := self.fault():
@@ -273,11 +269,7 @@ def _rates(before: _Measured | None, moment: float, positions: Floats) -> Floats
 
 
 class RosbridgeClient:
-    """A connection.
-
-    Attributes:
-        failure: Reason why the connection failed; empty while it works.
-    """
+    """A connection; `failure` is empty while it works."""
 
     def __init__(self, url: str, *, timeout: float, heard: Callable[[Incoming], None]) -> None:
         """Connect.

@@ -57,11 +57,7 @@ class Lens(Value):
         return self._bent_with_slope(slopes)[0]
 
     def straightened(self, slopes: Floats) -> Floats:
-        """Return the slopes (..., 2) of the rays with these distorted slopes; NaN if there is no such ray.
-
-        Raises:
-            ShapeError: If they are not pairs.
-        """
+        """Return the slopes (..., 2) of the rays with these distorted slopes; NaN if there is no such ray."""
         if slopes.shape[-1:] != (2,):
             raise ShapeError("slopes", f"needs pairs, has shape {slopes.shape}")
         if self.straight:
@@ -278,21 +274,17 @@ def placed_on(scene: Scene, frame: str, positions: Floats | None) -> Placement:
     if holder.link == WORLD:
         return holder.placement
     if positions is None:
-        raise ShapeError("positions", f"are needed: {frame} is where the robot's joints have it")
+        raise ShapeError("positions", f"are needed: {frame} moves with the robot's joints")
     return scene.placement_of(frame, positions)
 
 
 def looking_at(eye: Floats, target: Floats) -> Placement:
-    """Return the placement of an optical frame that looks from one point at another, without roll.
-
-    Raises:
-        ShapeError: If the points coincide.
-    """
+    """Return the placement of an optical frame that looks from one point at another, without roll."""
     eye, target = floats("eye", eye, (3,)), floats("target", target, (3,))
     forward = target - eye
     length = float(np.linalg.norm(forward))
     if length < 1e-9:
-        raise ShapeError("target", "is where the camera is")
+        raise ShapeError("target", "is the place of the camera")
     forward = forward / length
     right = np.cross(forward, (0.0, 0.0, 1.0))
     # Straight up or down every direction is level.

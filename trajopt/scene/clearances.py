@@ -183,7 +183,7 @@ class ContactAllowance:
                 raise ShapeError(label, f"is negative: {value:g}")
             object.__setattr__(self, label, value)
         if self.first == 0.0 and self.last == 0.0:
-            raise ModelError(f"allowance {shown(self.name)}: say for how long, `first` or `last` seconds")
+            raise ModelError(f"allowance {shown(self.name)}: give its duration, `first` or `last` seconds")
 
     @property
     def pair(self) -> frozenset[str]:

@@ -75,11 +75,7 @@ class BodyPairs:
 
 @dataclass(frozen=True, eq=False)
 class CollisionModel:
-    """A scene's bodies, fixed to the joints of a reduced robot.
-
-    Attributes:
-        anchors: Carrying joint and placement of each frame, tool, object and the world, by name.
-    """
+    """A scene's bodies, fixed to the joints of a reduced robot."""
 
     anchors: Mapping[str, Anchor]
     bodies: tuple[FixedBody, ...]
@@ -190,7 +186,7 @@ class ReducedModel:
         found = self.anchors.get(name)
         timed = self.timed if found is None else None
         if timed is not None and name in timed.reduced.anchors:
-            raise ProblemError(f"{shown(name)} is moved by time: only `plan` and `judge` know where it is")
+            raise ProblemError(f"{shown(name)} moves by itself: its placement depends on the time")
         if found is None:
             objects = self.scene.objects
             raise FrameNotFound("frame", name, self.anchors.keys() - objects.keys(), objects=objects)

@@ -38,11 +38,7 @@ from trajopt.values.trajectory import refined
 
 @dataclass(frozen=True, eq=False)
 class AddedJoints:
-    """Joints added to a model, and the frames that they carry.
-
-    Attributes:
-        anchors: The frame that each track moves, by its name.
-    """
+    """Joints added to a model, and the frame that each track moves, by its name."""
 
     joints: DrivenJoints
     anchors: Mapping[str, Anchor]

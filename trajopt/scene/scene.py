@@ -349,7 +349,7 @@ class Scene(Value):
         links = self._owners(touch_links)
         where = object_placement(name, placement)
         if motion is not None and (placement is not None or frame != WORLD):
-            raise ModelError(f"{shown(name)} is where its motion has it: give no placement and no frame")
+            raise ModelError(f"{shown(name)} is placed by its motion: omit placement and frame")
         added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass))
         self.added_elsewhere.add(name)
         return self._with(added).with_motion(name, motion, appears=appears, expires=expires)
@@ -375,7 +375,9 @@ class Scene(Value):
             why = f"is taken by {taken if name != WORLD else 'the world'}" if name else "is empty"
             raise ModelError(f"tool frame {shown(name)} {why}: name it differently")
         if one_of("on", on, str) == WORLD:
-            raise ModelError(f"{shown(name)} would stand in the world, not on the robot: add it as an object")
+            raise ModelError(
+                f"{shown(name)} would be fixed in the world, not on the robot: add it as an object"
+            )
         if on not in self.frame_names and on not in self.objects:
             raise FrameNotFound("frame", on, self.frame_names, objects=self.objects)
         return self._with_tool(SceneObject(name, (), object_placement(name, placement), on))
@@ -438,7 +440,7 @@ class Scene(Value):
         """
         robot, moved = model_and_trajectory("with_robot_in_motion", motion, trajectory, MovingRobot)
         if not one_of("name", name, str):
-            raise ModelError("name of the robot is empty: its links could not be told from this one's")
+            raise ModelError("name of the robot is empty: its links would have the names of this one's")
         where = as_placement("base", base)
         added = robot_objects(name, robot, moved, base=where, start=start, until=until, tolerance=tolerance)
         for key in added:
@@ -526,7 +528,9 @@ class Scene(Value):
         if name not in self.tools:
             return self._with(moved)
         if target == WORLD:
-            raise ModelError(f"{shown(name)} would stand in the world, not on the robot: add it as an object")
+            raise ModelError(
+                f"{shown(name)} would be fixed in the world, not on the robot: add it as an object"
+            )
         return self._with_tool(moved)
 
     def attach(
@@ -565,12 +569,14 @@ class Scene(Value):
         holder = self.holder(one_of("link", link, str)).link
         if holder == WORLD and self.carrier(link) is None:
             raise ModelError(
-                f"{shown(link)} stands in the world: nothing attached to it would move; "
+                f"{shown(link)} is fixed in the world: nothing attached to it would move; "
                 f"move {shown(name)} into its frame instead"
             )
         self._check_not_within(name, link)
         if (placement is None) == (at is None):
-            raise ModelError("attach: give either `placement`, in the link, or `at`, where it is grasped")
+            raise ModelError(
+                "attach: give either `placement`, in the link, or `at`, the configuration of the grasp"
+            )
         where = object_placement(name, placement)
         if at is not None:
             positions = self._configuration("at", at)

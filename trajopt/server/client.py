@@ -54,11 +54,7 @@ def trajectory_of(answer: Mapping[str, Any]) -> Trajectory | None:
 
 
 def document_of(response: httpx.Response) -> Any:
-    """Return the content of an answer.
-
-    Raises:
-        ServerError: If it is a refusal.
-    """
+    """Return the content of an answer; raise a ServerError for a refusal."""
     try:
         document = response.json()
     except ValueError:

@@ -24,8 +24,6 @@ class Assignment(Value):
     """Work for a worker.
 
     Attributes:
-        body: The arguments, JSON.
-        stamps: Measurement times of clouds in the scene, by name.
         moved: Receives the robot's positions while it is driven [rad | m].
         driven: Whether another request drives the session's robot.
     """
@@ -43,11 +41,7 @@ class Assignment(Value):
 
 
 class Job:
-    """A request in progress.
-
-    Attributes:
-        begun: Time when a worker began, on the loop's clock [s].
-    """
+    """A request in progress, begun by a worker at a time of the loop's clock [s]."""
 
     def __init__(self, number: int, owner: str, assignment: Assignment, grace: float) -> None:
         loop = asyncio.get_running_loop()
@@ -139,11 +133,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Reply(Value):
-    """The answer to a request.
-
-    Attributes:
-        body: JSON.
-    """
+    """The answer to a request, as JSON."""
 
     body: bytes
     cpu: float
@@ -155,13 +145,7 @@ class Reply(Value):
 
 @dataclass(eq=False)
 class Done:
-    """A finished request.
-
-    Attributes:
-        why: Kind of refusal; None with an answer.
-        waited: Time until a worker began, with an answer [s].
-        cpu: CPU time of the worker, with an answer [s].
-    """
+    """A finished request."""
 
     operation: str
     session: str
@@ -182,7 +166,7 @@ def counted(session: str, operation: str, observer: Callable[[Done], None] | Non
         done.why, done.reason = refusal.why, refusal.reason
         raise
     except asyncio.CancelledError:
-        done.why, done.reason = Why.CANCELLED, "nobody waits for it any more"
+        done.why, done.reason = Why.CANCELLED, "its client has left"
         raise
     except Exception as error:
         done.why, done.reason = Why.FAILED, f"{type(error).__name__}: {error}"

@@ -28,15 +28,12 @@ class Limits(Value):
     Attributes:
         workers: Planning processes; by default the number of cores.
         runs: Simultaneously driven robots; each has its own process.
-        views: Simultaneously open 3-D pages; each has its own process.
         waiting: Requests that may wait for a process; further ones are refused, with a delay before another
             try.
         waiting_per_session: Likewise for one session, so that it cannot block the others.
         seconds: Time limit of a request, waiting included [s]; a request may set a shorter one.
-        run_seconds: Time limit while a robot is driven [s].
         grace: Time after which a process that was told to end is killed [s].
         memory: Memory of one request, beyond the present memory of its process [bytes].
-        body: Size of a request [bytes].
         bodies: Total size of all requests in progress [bytes].
         cloud: Points of a cloud in a request; a depth camera of 640 x 480 pixels measures 307,200.
         idle: Idle time after which the longest unused session is removed if there are too many [s].
@@ -89,7 +86,6 @@ class RequestRefused(TrajoptError):
     """A refused request.
 
     Attributes:
-        reason: The reason, in a sentence.
         retry_after: Delay before a sensible retry [s]; None without one.
     """
 

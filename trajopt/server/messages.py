@@ -11,11 +11,7 @@ LENGTH = Layout(">I")
 
 
 class Hello(msgspec.Struct, tag=True, frozen=True):
-    """The first message to a worker.
-
-    Attributes:
-        memory: Memory of one request, beyond the worker's present memory [bytes].
-    """
+    """The first message to a worker: robots, and the memory that a request may add [bytes]."""
 
     robots: Mapping[str, bytes]
     modules: tuple[str, ...]
@@ -26,14 +22,7 @@ class Hello(msgspec.Struct, tag=True, frozen=True):
 
 
 class Request(msgspec.Struct, tag=True, frozen=True):
-    """A request to a worker, which has one at a time.
-
-    Attributes:
-        stamps: Measurement times of clouds in it, by name.
-        body: The arguments, JSON.
-        feedback: Whether progress is requested.
-        driven: Whether another request drives the session's robot.
-    """
+    """A request to a worker, which has one at a time."""
 
     number: int
     operation: str
@@ -79,13 +68,7 @@ class Feedback(msgspec.Struct, tag=True, frozen=True):
 
 
 class Answered(msgspec.Struct, tag=True, frozen=True):
-    """A request is done.
-
-    Attributes:
-        body: The answer, JSON.
-        scene: The new scene, packed, if it changed.
-        stamps: Measurement times of clouds in the scene, by name.
-    """
+    """A request is done."""
 
     number: int
     body: bytes

@@ -23,12 +23,7 @@ from trajopt.values.errors.arguments import checked
 @checked
 @dataclass(frozen=True, eq=False)
 class SessionState(Value):
-    """A robot among objects, and its positions.
-
-    Attributes:
-        positions: Of all joints, shape (number of joints,) [rad | m].
-        stamps: Measurement times of clouds in the scene, by name, on their sensors' clocks [s].
-    """
+    """A robot among objects, and its positions."""
 
     robot: str
     scene: Scene
@@ -43,11 +38,7 @@ class SessionState(Value):
 
 @dataclass(frozen=True)
 class PackedScene(Value):
-    """A scene as bytes.
-
-    Attributes:
-        robot: Name by which the server knows the robot.
-    """
+    """A scene as bytes, with the name by which the server knows the robot."""
 
     robot: str
     data: bytes
@@ -88,8 +79,6 @@ class Watch:
     """Limits, cancellation and listener of a request.
 
     Attributes:
-        cancel: Set when the answer is no longer needed.
-        heard: Whether there is a listener.
         attachment: Bytes of the request in addition to its arguments.
         driven: Whether another request drives the session's robot.
     """
@@ -188,11 +177,7 @@ It raises a `TrajoptError` for invalid arguments, whose message is sent to the c
 @checked
 @dataclass(frozen=True)
 class Operation(Value):
-    """An operation of the server.
-
-    Attributes:
-        attached: Whether it accepts bytes in addition to its arguments.
-    """
+    """An operation of the server; `attached` if it accepts bytes in addition to its arguments."""
 
     run: Run
     lane: Lane = Lane.PLANNING

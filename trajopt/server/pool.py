@@ -147,7 +147,7 @@ class WorkerPool:
             case Rejected():
                 self._over(job, RequestRefused(Why(said.why), said.reason))
             case _:
-                raise WorkerLost(f"it said {type(said).__name__} at the end of a request")
+                raise WorkerLost(f"it sent {type(said).__name__} at the end of a request")
         return said.memory - worker.memory < self._limits.memory // 2
 
     def _over(self, job: Job, ended: Answered | RequestRefused) -> None:

@@ -35,11 +35,7 @@ _JSON = msgspec.json.Encoder()
 
 
 class Service:
-    """Robots, sessions and workers; `async with` starts and ends them.
-
-    Attributes:
-        pools: The workers of each lane.
-    """
+    """Robots, sessions and workers, some in each lane; `async with` starts and ends them."""
 
     @checked
     def __init__(
@@ -51,14 +47,7 @@ class Service:
         observer: Callable[[Done], None] | None = None,
         warehouse: Warehouse | None = None,
     ) -> None:
-        """Store the options.
-
-        Args:
-            modules: Modules with `OPERATIONS`.
-
-        Raises:
-            ProblemError: If there is no robot.
-        """
+        """Store the options; each module has `OPERATIONS`. There is at least one robot."""
         if not robots:
             raise ProblemError("a service needs at least one robot")
         self.robots, self.limits, self.sessions = dict(robots), limits, Sessions(limits)
@@ -177,15 +166,7 @@ class Service:
         listener: Listener | None = None,
         cancellation: Cancellation | None = None,
     ) -> Reply:
-        """Run an operation, and wait for the answer. Cancelling this coroutine cancels the request.
-
-        Args:
-            attachment: Bytes for the operation.
-            cancellation: Cancels it from elsewhere.
-
-        Raises:
-            RequestRefused: If it is not answered.
-        """
+        """Run an operation, and wait for the answer. Cancelling this coroutine cancels the request."""
         with self._asked(), counted(session.id, operation, self._observer) as done:
             found = self.operations.get(operation)
             if found is None:
@@ -325,9 +306,7 @@ def _written(arguments: Mapping[str, Any]) -> bytes:
     try:
         return _JSON.encode(arguments)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        raise RequestRefused(
-            Why.MALFORMED, f"the arguments are no plain data that JSON holds: {error}"
-        ) from error
+        raise RequestRefused(Why.MALFORMED, f"the arguments are not plain data for JSON: {error}") from error
 
 
 Face: TypeAlias = Callable[[Service, asyncio.Event], Awaitable[None]]

@@ -39,10 +39,8 @@ class ServiceSession:
 
     Attributes:
         stamps: Measurement times of clouds in the scene, by name [s].
-        revision: Number of changes of the scene.
         kept: Whether it stays although unused.
         used: Time of last use, on the monotonic clock [s].
-        run: The request that drives the robot, if any.
     """
 
     id: str
@@ -192,11 +190,7 @@ class Keeper:
         await self._written(session, "forget", {"session": session.id}, session.scene, session.positions)
 
     async def restored(self, empty: Empty, most: int) -> list[ServiceSession]:
-        """Return the stored sessions; unusable ones stay in the file, with the reason in the log.
-
-        Args:
-            empty: Empty scene of each robot; sessions of other robots are skipped.
-        """
+        """Return the stored sessions of present robots; the log reports unusable ones, which stay."""
         found = list[ServiceSession]()
         for entry in self._warehouse.find(kind=EntryKind.STATE, tags=[SESSION]):
             if not re.fullmatch(ID, entry.name):
@@ -238,7 +232,7 @@ class Keeper:
             if refusal.why not in (Why.MALFORMED, Why.UNKNOWN, Why.FAILED):
                 raise
             raise RequestRefused(
-                Why.FAILED, "the session cannot be kept on disk: the server's log says why"
+                Why.FAILED, "the session cannot be kept on disk: the server's log has the reason"
             ) from refusal
 
     async def _done(

@@ -25,11 +25,7 @@ class WorkerLost(Exception):
 
 
 class WorkerProcess:
-    """A process that handles requests in sequence.
-
-    Attributes:
-        memory: Its memory when it was ready [bytes].
-    """
+    """A process that handles requests in sequence; `memory` is its memory when ready [bytes]."""
 
     def __init__(
         self,
@@ -54,7 +50,7 @@ class WorkerProcess:
             worker.send(hello)
             ready = await asyncio.wait_for(worker.receive(), START)
             if not isinstance(ready, WorkerReady):
-                raise WorkerLost("it did not say that it was ready")
+                raise WorkerLost("it did not report that it was ready")
         except BaseException as error:  # who starts it may be cancelled, and nobody else knows of it yet
             process.kill()
             process.wait()

@@ -76,11 +76,7 @@ class DepthCamera:
             self._drawn = None
 
     def exact(self, positions: Floats) -> Singles:
-        """Return the depths along its axis, shape (height, width) [m]; infinite if nothing is in range.
-
-        Args:
-            positions: Of all joints, shape (number of joints,) [rad | m].
-        """
+        """Return depths (height, width) [m] at positions of all joints; infinite beyond the range."""
         at = floats("positions", positions, (len(self._scene.robot.joint_names),))
         reduced = reduce_model(self._scene, self._group, at)
         from trajopt.simulation.studio import DrawnDepth

@@ -181,11 +181,7 @@ class MujocoGeom:
 
 
 def mujoco_geoms(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...], str]:
-    """Return the geometries of a shape, and a sentence on the difference, empty if they are exact.
-
-    Args:
-        moving: Whether a joint moves it; MuJoCo has fixed half-spaces only.
-    """
+    """Return the geometries of a shape, and a sentence on the difference if they are not exact."""
     match shape:
         case Plane():
             return _half_space(moving=moving)

@@ -126,9 +126,6 @@ def build_spec(reduced: ReducedModel) -> "mujoco.MjSpec":
     Joints keep their names. Each joint of the group has a motor of its name, with its effort limit; joints
     that mimic another are coupled by a stiff constraint. All pairs can collide except those that the scene
     allows. Joint friction and damping are omitted, as in the inverse dynamics of Pinocchio.
-
-    Raises:
-        ModelError: If a shape cannot be built.
     """
     from trajopt.simulation.spec import describe
 

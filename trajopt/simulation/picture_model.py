@@ -259,11 +259,7 @@ PATH_POINTS = 61
 
 
 class PosedModel:
-    """The MuJoCo model of robot and scene for pictures, at a time of a motion.
-
-    Attributes:
-        paths: Paths of the tools of the group, shape (tools, PATH_POINTS, 3) in the world [m].
-    """
+    """The MuJoCo model of robot and scene for pictures, with paths of tools (tools, PATH_POINTS, 3) [m]."""
 
     def __init__(
         self,

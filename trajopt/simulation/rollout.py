@@ -159,11 +159,7 @@ class Rollout(Value):
 
     @checked
     def final_pose_error(self, frame: str | None = None) -> PoseError:
-        """Return the error of a frame at the end.
-
-        Args:
-            frame: A link, tool frame or object; the group's tool if None.
-        """
+        """Return the error of a frame, by default the group's tool, at the end."""
         name = tool_frame(self.reduced) if frame is None else frame
         scene, place = self.reduced.scene, self.reduced.all_positions
         planned = scene.placement_of(name, place(self.trajectory(self.trajectory.duration)))

@@ -55,11 +55,7 @@ def held_start(reduced: ReducedModel) -> SampledMotion:
 
 
 def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -> SampledMotion:
-    """Return a planned or simulated motion as positions over time.
-
-    Raises:
-        ModelError: If its joints differ from the group's.
-    """
+    """Return a planned or simulated motion of the group as positions over time."""
     if isinstance(motion, SequenceLog):
         columns = reduced.scene.robot.index(reduced.joint_names)
         return SampledMotion(motion.times, motion.positions[:, columns], motion.loose, motion.placements)

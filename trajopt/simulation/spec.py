@@ -152,11 +152,7 @@ def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
 def add_geom(
     spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, piece: MujocoGeom, where: Placement
 ) -> mujoco.MjsGeom:
-    """Fix a geometry to a body, without mass, and without collisions by default.
-
-    Args:
-        where: Placement of its shape in the frame of the body.
-    """
+    """Fix a geometry to a body, placed in its frame, without mass and by default without collisions."""
     placed = where * piece.placement
     geom = body.add_geom(name=name, type=piece.kind, size=piece.size)
     geom.pos, geom.quat = placed.translation, scalar_first(placed)

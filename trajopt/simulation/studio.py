@@ -41,11 +41,7 @@ NEARER = 0.5
 
 
 class DrawnDepth:
-    """Draws the depth image of a camera.
-
-    Attributes:
-        fixed: Positions of the joints that do not move [rad | m].
-    """
+    """Draws the depth image of a camera, for fixed positions of the other joints [rad | m]."""
 
     def __init__(self, reduced: ReducedModel, camera: Camera, fixed: Floats) -> None:
         lens = camera.intrinsics
@@ -325,11 +321,7 @@ class Offscreen:
         return pixels[::-1]
 
     def depth(self, scene: mujoco.MjvScene, nearest: float, farthest: float) -> Depths:
-        """Return depths along the axis of the camera, shape (height, width), first row on top [m].
-
-        Args:
-            farthest: Depth of the far clipping plane, which is the depth of empty pixels [m].
-        """
+        """Return depths (height, width), first row on top [m]; empty pixels have the farthest one."""
         width, height = self._size
         rectangle = mujoco.MjrRect(0, 0, width, height)
         flags = mujoco.mjtRndFlag

@@ -73,11 +73,7 @@ class _Curves:
 
 
 def look_at(reduced: ReducedModel, motion: SampledMotion, aspect: float) -> Viewpoint:
-    """Choose the viewpoint of a motion that is drawn by other means.
-
-    Args:
-        aspect: Width of the picture over its height.
-    """
+    """Choose the viewpoint of a motion that is drawn by other means; aspect is width over height."""
     shown = in_view(reduced, motion)
     return best_viewpoint(PosedModel(reduced, motion, shown), shown, aspect)
 
@@ -90,11 +86,7 @@ def in_view(reduced: ReducedModel, motion: SampledMotion, highlight: Collection[
 
 
 def best_viewpoint(posed: PosedModel, shown: Floats, aspect: float) -> Viewpoint:
-    """Choose the best viewpoint.
-
-    Args:
-        shown: Points that must be in view, shape (k, 3) in the world [m].
-    """
+    """Choose the best viewpoint that has points (k, 3) of the world in view [m]."""
     outer = outermost(shown)
     cameras = [
         frame_points(outer, float(azimuth), float(elevation), aspect)

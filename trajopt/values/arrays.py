@@ -238,11 +238,7 @@ def path(name: str, value: Path | str) -> Path:
 
 
 def name_of(what: str, value: str) -> str:
-    """Return a name that can be written to files.
-
-    Raises:
-        ModelError: If the name has a lone surrogate, which UTF-8 cannot encode.
-    """
+    """Return a name without lone surrogates, so that it can be written to files."""
     name = one_of(what, value, str)
     if any("\ud800" <= letter <= "\udfff" for letter in name):
         raise ModelError(

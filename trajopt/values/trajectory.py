@@ -261,7 +261,7 @@ class Trajectory(Value):
             begin, end = self.times[segment : segment + 2]
             raise ShapeError(
                 "points",
-                f"of {self.joint_names[joint]} are no motion from {begin:g} to {end:g} s: the polynomial "
+                f"of {self.joint_names[joint]} are not a motion from {begin:g} to {end:g} s: the polynomial "
                 "between them overflows; their numbers are too large, or their times too near to each other",
             )
         return readonly(found)

@@ -60,11 +60,7 @@ class Drawing:
         robot: bool = True,
         objects: bool = True,
     ) -> None:
-        """Draw everything at the start.
-
-        Args:
-            root: Name of the root node, if a page has several; empty for the page's own.
-        """
+        """Draw everything at the start, below a root node if a page has several."""
         self._server = server
         self._reduced = reduced
         self._name = root
@@ -326,11 +322,7 @@ class Ghost:
         *,
         opacity: float = OPACITY,
     ) -> None:
-        """Prepare it; nothing is shown yet.
-
-        Args:
-            opacity: Of all bodies, from 0 to 1.
-        """
+        """Prepare it with an opacity from 0 to 1; nothing is shown yet."""
         self._server = server
         self._root = server.scene.add_frame(f"/{name}", show_axes=False, visible=False)
         moved = sorted({body.joint for body in reduced.bodies if body.joint})

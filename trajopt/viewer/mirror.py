@@ -318,11 +318,7 @@ class RunPublisher:
 
     @checked
     def look(self, watched: Watched) -> None:
-        """Read the state of the supervisor, after each cycle.
-
-        Raises:
-            ProblemError: If it is another supervisor than before.
-        """
+        """Read the state of the supervisor, always the same, after each cycle."""
         self._logbook.look(watched)
 
     def close(self) -> None:

@@ -199,7 +199,7 @@ class RunViewer(PlayedPage):
     def look(self, watched: Watched) -> None:
         """Record the present moment; another thread draws it soon after."""
         if isinstance(self._source, Recording):
-            raise ProblemError("this page shows a recording: watch_run shows what goes on")
+            raise ProblemError("this page shows a recording: watch_run shows a run live")
         self._source.look(watched)
 
     def _end(self) -> None:

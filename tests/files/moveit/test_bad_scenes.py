@@ -133,7 +133,7 @@ BAD: dict[str, tuple[str, type[Exception], str]] = {
         "robot_state: {multi_dof_joint_state: {joint_names: [a, b], "
         "transforms: [{translation: [0, 0, 0]}, {translation: [1, 0, 0]}]}}",
         FileFormatError,
-        r"transforms\[1\].*b of .* cannot stand elsewhere",
+        r"transforms\[1\].*b of .* cannot be elsewhere",
     ),
     "transforms without names": (
         "robot_state: {multi_dof_joint_state: {joint_names: [a], transforms: [{}, {}]}}",

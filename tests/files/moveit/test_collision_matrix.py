@@ -31,7 +31,7 @@ def test_a_matrix_in_either_form_is_read(scene_of: Read, values: str) -> None:
     file = scene_of(matrix(f"{{entry_names: [hand, ball], entry_values: {values}}}"))
     assert file.scene.may_touch("hand", "ball")
     assert not file.scene.may_touch("fore", "ball")
-    assert "does not name base, upper, fore, left_finger, right_finger: what" in file.notes[0]
+    assert "does not name base, upper, fore, left_finger, right_finger: their" in file.notes[0]
 
 
 def test_replaces_entries_of_the_named_links_only(scene_of: Read) -> None:

@@ -100,7 +100,7 @@ def test_a_goal_may_be_relative_to_a_moving_frame(scene: to.Scene, tmp_path: Pat
         ("- {object: box, times: [1.0, 0.0], positions: [[0, 0, 0], [1, 0, 0]]}", "must be two at least"),
         ("- {object: box, times: [0.0], positions: [[0, 0, 0], [1, 0, 0]]}", "has 1 times and 2 placements"),
         ("- {object: box, times: [0.0, .nan], positions: [[0, 0, 0], [1, 0, 0]]}", "must be finite"),
-        ("- {object: box, until: 2.0}", "says nothing without times and positions"),
+        ("- {object: box, until: 2.0}", "requires times and positions"),
         ("- {object: box, appears: 2.0, expires: 1.0}", "is not after it appears at 2 s"),
         ("- {object: box, carried_by: pst}", "no object named 'pst'; did you mean 'post'"),
         ("- {object: held, carried_by: box}", "'held' is carried by 'tip' already"),

@@ -75,7 +75,7 @@ def test_a_base_that_does_not_move_stands_where_the_state_has_it(cart: Made, wri
     objects = f"world: {{collision_objects: [{balls}]}}"
     file = read_scene(write(f"robot_state: {{{AT}}}\n{objects}"), robot)
     (note,) = file.notes
-    assert "transforms[0]" in note and "stands at (1, 2, 0) m" in note
+    assert "transforms[0]" in note and "is placed at (1, 2, 0) m" in note
     plate = file.scene.placement_of("plate", file.positions)
     assert plate.translation == pytest.approx([1, 2, 0]) and plate.rpy[2] == pytest.approx(1.0)
     ahead = np.array([1.0 + 0.9 * np.cos(1.0), 2.0 + 0.9 * np.sin(1.0), 0.4])
@@ -92,7 +92,7 @@ def test_a_base_that_does_not_move_stands_where_the_state_has_it(cart: Made, wri
     ] == pytest.approx(2)
     elsewhere = AT.replace("[1, 2, 0]", "[3, 0, 0]")
     moved = read_request(write(f"{{group_name: arm, start_state: {{{elsewhere}}}, {goal}}}"), file)
-    assert any("stands at (3, 0, 0) m" in note for note in moved.notes)
+    assert any("is placed at (3, 0, 0) m" in note for note in moved.notes)
     plan = to.plan(moved.problem()).require()
     end = plan.problem.reduced.all_positions(plan.trajectory.positions[-1])
     assert plan.problem.scene.placement_of("plate", end).translation == pytest.approx([3, 0, 0])
@@ -128,7 +128,7 @@ def test_a_rail_has_one_number(cart: Made, write: Write) -> None:
 
     robot = cart(srdf=SRDF, base=rail((1, 0, 0), -1, 3, velocity=1, acceleration=1))
     assert robot.group("base").joints == ("odom_joint",)
-    with pytest.raises(FileFormatError, match="odom_joint of cart cannot stand elsewhere"):
+    with pytest.raises(FileFormatError, match="odom_joint of cart cannot be elsewhere"):
         read_scene(write(f"robot_state: {{{AT}}}"), robot)
 
 

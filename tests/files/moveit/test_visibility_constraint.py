@@ -63,4 +63,4 @@ def test_the_same_postures_are_accepted(
 def test_ignored_occlusion_is_noted(request_of: Read) -> None:
     request = request_of(visibility("max_range_angle: 0.4, max_view_angle: 0.5"))
     assert len(request.goals) == 2
-    assert "what stands between sensor and target is not looked at" in request.notes[0]
+    assert "obstacles between sensor and target are not checked" in request.notes[0]

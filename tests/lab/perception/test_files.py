@@ -132,7 +132,7 @@ def test_a_plain_transform(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (ON_HAND.replace("eye_on_hand: true", "eye_on_head: true"), "says nothing of where"),
+        (ON_HAND.replace("eye_on_hand: true", "eye_on_head: true"), "does not state where"),
         (BESIDE.replace("eye_on_base", "eye_on_ceiling"), "'eye_on_ceiling', must be one of"),
         (
             ON_HAND.replace("qw: 0.7071067811865476", "qw: 0").replace("qz: 0.7071067811865476", "qz: 0"),

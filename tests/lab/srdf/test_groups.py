@@ -163,13 +163,13 @@ def test_a_wrist_that_turns_a_whole_gripper_is_the_arms(
 @pytest.mark.parametrize(
     ("links", "why"),
     [
-        ((*WRIST, ("joint6", "revolute", "hand")), "its name or that of a link beside it says so"),
+        ((*WRIST, ("joint6", "revolute", "hand")), "by its name or a neighbouring link's"),
         (
             (*WRIST, ("mount", "fixed", "tool"), ("joint6", "revolute", "mover")),
             "tool, which it hangs on, is",
         ),
         # As long as half of the arm: too large to be surely a gripper.
-        ((*WRIST[:2], ("joint6", "revolute", "finger")), "its name or that of a link beside it says so"),
+        ((*WRIST[:2], ("joint6", "revolute", "finger")), "by its name or a neighbouring link's"),
     ],
 )
 def test_a_possible_gripper_joint_is_reported(

@@ -80,7 +80,7 @@ def test_a_good_robot_has_no_findings(changed: Check) -> None:
             '<collision><origin xyz="-0.2 0 0"/>',
             Severity.WARNING,
             "arm",
-            "somewhere else than what is seen",
+            "displaced from the visual shapes",
         ),
         (
             '<collision><geometry><box size="0.2 0.2 0.2"/>',

@@ -69,7 +69,7 @@ def test_a_script_of_our_own(
 def test_a_script_that_asks_for_more_is_told_what_there_is(jumping: World, tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     for text, said in (
-        ("from rclpy.node import Node", "line 1: No module named 'rclpy.node'; stood in for are"),
+        ("from rclpy.node import Node", "line 1: No module named 'rclpy.node'; stand-ins exist for"),
         ("import rclpy\nrclpy.create_node('x')", "line 2: rclpy.create_node has no stand-in: there are no"),
         (
             "from moveit.planning import MoveItPy\nMoveItPy().get_trajectory_execution_manager()",

@@ -67,9 +67,9 @@ def written(folder: Path, text: str) -> Path:
         ("import std_msgs.msg\nstd_msgs.msg.Sting", r"std_msgs.msg.Sting .*did you mean 'String'.*there are"),
         (
             "import actionlib",
-            r"line 1: No module named 'actionlib'; stood in for are moveit_commander",
+            r"line 1: No module named 'actionlib'; stand-ins exist for moveit_commander",
         ),
-        ("import moveit_msgs.srv", r"line 1: No module named 'moveit_msgs.srv'; stood in for"),
+        ("import moveit_msgs.srv", r"line 1: No module named 'moveit_msgs.srv'; stand-ins exist for"),
         ("from std_msgs.msg import Sting", r"line 1: .*Sting"),
         ("from moveit_commander import MoveGroupComander", r"line 1: .*MoveGroupComander"),
         (

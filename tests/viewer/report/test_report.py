@@ -89,7 +89,7 @@ def test_a_problem_alone(failure: to.Result, tmp_path: Path) -> None:
     for what in (failure.problem, read_bundle(tmp_path / "problem.trajopt")):
         page = text_of(what, tmp_path)
         assert titles(page) == ["What was asked"]
-        assert "Nobody has planned it yet." in page
+        assert "It is not planned yet." in page
     assert [each.name for each in scenery(subject_of(failure.problem)).ghosts] == ["goal"]
 
 

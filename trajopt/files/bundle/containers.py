@@ -67,11 +67,7 @@ class Members(ABC):
 
     @abstractmethod
     def read(self, name: str, *, most: int = LARGEST) -> bytes:
-        """Return the bytes of a member.
-
-        Raises:
-            FileFormatError: If the member is missing, too large or damaged.
-        """
+        """Return the bytes of a member."""
 
     def error(self, reason: str) -> FileFormatError:
         return FileFormatError(str(self.path), reason)

@@ -33,11 +33,7 @@ EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
 
 
 def exporter_named(name: str) -> Exporter:
-    """Return an exporter with its default options.
-
-    Raises:
-        NameNotFound: If no exporter has this name.
-    """
+    """Return an exporter with its default options."""
     if not isinstance(name, str) or name not in EXPORTERS:  # pyright: ignore[reportUnnecessaryIsInstance]
         raise NameNotFound("format to export to", name, EXPORTERS)
     return EXPORTERS[name]()

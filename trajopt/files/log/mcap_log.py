@@ -12,11 +12,7 @@ from trajopt.values.errors import MissingExtra, ProblemError
 
 
 def stamp(time: float) -> Json:
-    """Return a time as Foxglove's messages contain it.
-
-    Raises:
-        ProblemError: If it is negative, which MCAP cannot represent, or not finite.
-    """
+    """Return a time, not negative, as Foxglove's messages contain it."""
     sec, nsec = divmod(_nanoseconds(time), 1_000_000_000)
     return {"sec": sec, "nsec": nsec}
 
@@ -34,11 +30,7 @@ class McapLog:
         self._writer.start(library="trajopt")
 
     def add(self, topic: Topic, time: float, message: Mapping[str, object]) -> None:
-        """Add a message.
-
-        Raises:
-            ProblemError: If the time is negative or not finite.
-        """
+        """Add a message at a time, not negative [s]."""
         at = _nanoseconds(time)
         if topic not in self._channels:
             name, data = str(topic.schema["title"]), json.dumps(topic.schema).encode()
@@ -50,11 +42,7 @@ class McapLog:
         self._writer.add_message(self._channels[topic], log_time=at, publish_time=at, data=data)
 
     def save(self, path: Path | str) -> None:
-        """Write the file atomically; nothing can be added afterwards.
-
-        Raises:
-            FileFormatError: If it cannot be written.
-        """
+        """Write the file atomically; nothing can be added afterwards."""
         self._writer.finish()
         with written_whole(path) as draft:
             draft.write_bytes(self._bytes.getvalue())

@@ -160,11 +160,7 @@ def class_in(package: str = "") -> Callable[[str], Any]:
 
 
 def name_of(kind: type[Any], *, between: str = "") -> str:
-    """Return the full name of a message, such as `std_msgs/String`.
-
-    Args:
-        between: Folder in ROS 2: "msg", "srv" or "action"; empty as in ROS 1.
-    """
+    """Return the full name of a message, in ROS 2 with the folder ("msg", "srv", "action") between."""
     package, _, name = kind.definition.name.partition("/")
     return "/".join(part for part in (package, between, name) if part)
 
@@ -241,11 +237,7 @@ class _Mismatch(Exception):
 
 
 def encode(message: object, generation: Generation = Generation.ROS2) -> Any:
-    """Return a message as plain data for JSON; numbers that are not finite become null, as in rosbridge.
-
-    Args:
-        generation: The generation to write: ROS 1 has `secs`, `nsecs` and a header's `seq`.
-    """
+    """Return a message as plain data for JSON; numbers that are not finite become null, as in rosbridge."""
     match message:
         case float():
             return message if isfinite(message) else None

@@ -204,7 +204,7 @@ def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Require
         )
     if not found:
         raise node.error("has neither max_range_angle nor max_view_angle; the cone alone is not supported")
-    reading.notes.append(f"{node.place}: what stands between sensor and target is not looked at")
+    reading.notes.append(f"{node.place}: obstacles between sensor and target are not checked")
     return tuple(found)
 
 

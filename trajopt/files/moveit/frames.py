@@ -82,11 +82,7 @@ LEAST_TOLERANCE = 1e-4
 
 
 def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[float, ...] | None:
-    """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None if missing.
-
-    Args:
-        optional: Components that default to 0 in a mapping, as in a message.
-    """
+    """Return the components of a vector, [x, y, z] or {x:, y:, z:}, 0 if optional; None if missing."""
     if node.missing:
         return None
     if isinstance(node.value, list):

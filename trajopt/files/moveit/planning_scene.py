@@ -107,7 +107,7 @@ def _note_unnamed(node: Node, names: list[str], scene: Scene, notes: list[str]) 
     if unnamed:
         notes.append(
             f"{node.place}: does not name {', '.join(unnamed)}: "
-            "what the robot's description allows of them stays allowed"
+            "their contacts that the robot's description allows stay allowed"
         )
 
 
@@ -184,11 +184,7 @@ def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:
 
 
 def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool = False) -> Scene:
-    """Return the scene with the frame of a transform: fixed in the world, or a tool frame on the robot.
-
-    Args:
-        again: Whether an existing frame is moved to the transform.
-    """
+    """Return the scene with a frame fixed in the world or on the robot; `again` moves an existing one."""
     # MoveIt writes the world into child_frame_id and the frame's name into the header; tf the
     # other way round. In both cases the transform is the pose of the frame in the world.
     node.only(field_names(TransformStamped))
@@ -402,7 +398,7 @@ def _motion(entry: Node, here: Placement) -> Prediction | None:
     if entry["times"].missing and entry["positions"].missing:
         for name in ("orientations", "error", "until"):
             if not entry[name].missing:
-                raise entry[name].error("says nothing without times and positions")
+                raise entry[name].error("requires times and positions")
         return None
     positions = [node.numbers() for node in entry["positions"].elements()]
     given = [node.numbers() for node in entry["orientations"].elements()]

@@ -216,7 +216,7 @@ def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, f
         )
         if not _same(read_placement(transform, notes), stands):
             raise transform.error(
-                f"{joint or 'the base'} of {robot.name} cannot stand elsewhere than at {stands}"
+                f"{joint or 'the base'} of {robot.name} cannot be elsewhere than at {stands}"
             )
     return positions
 
@@ -228,7 +228,7 @@ def placed_robot(node: Node, robot: Robot, notes: list[str]) -> Robot:
     for joint, transform in _transforms(node, robot):
         where, now = read_placement(transform, []), root_placement(robot.model)
         if joint == robot.base.name and not _same(where, now):
-            notes.append(f"{transform.place}: {robot.name}, whose base does not move, stands at {where}")
+            notes.append(f"{transform.place}: {robot.name}, whose base is fixed, is placed at {where}")
             return replace(robot, model=placed_model(robot.model, where * now.inverse()))
     return robot
 

@@ -146,11 +146,7 @@ def split(trajectory: Trajectory) -> tuple[Trajectory | None, Trajectory | None]
 
 
 def joined(node: Node, single: Trajectory, several: Trajectory | None) -> Trajectory:
-    """Return one trajectory of single and, if any, planar joints; with rates if both parts have them.
-
-    Raises:
-        FileFormatError: If they have points at different times.
-    """
+    """Return one trajectory of single and, if any, planar joints; with rates if both parts have them."""
     if several is None:
         return single
     if not np.array_equal(single.times, several.times):

@@ -28,12 +28,7 @@ SLACK = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Leaves:
-    """Intervals of pairs.
-
-    Attributes:
-        direction: From the first part to the second, in the frame of the last joint that carries both, shape
-            (l, 3).
-    """
+    """Intervals of pairs, each with a direction (l, 3) in the frame of the last joint that carries both."""
 
     pair: Ints
     begin: Floats

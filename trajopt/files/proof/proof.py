@@ -197,11 +197,7 @@ class CheckedProof:
 
 
 def check_proof(path: Path | str) -> CheckedProof:
-    """Check a proof file.
-
-    Raises:
-        FileFormatError: If the file is not a proof of the format.
-    """
+    """Check a proof file."""
     command = [sys.executable, "-I", str(CHECKER), str(path)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode not in (PROVEN, REFUSED):

@@ -34,11 +34,7 @@ MARGIN = 1.1
 
 @dataclass(frozen=True, eq=False)
 class RequirementRecord:
-    """A requirement as a proof states it.
-
-    Attributes:
-        shown: Intervals in which it can be shown, if it is one of all times; None if it is one of the end.
-    """
+    """A requirement as a proof states it; `shown` finds intervals, None for one of the end alone."""
 
     document: Document
     shown: Shown | None = None

@@ -26,12 +26,9 @@ class Options:
     """Method, options and budget, as plain data.
 
     Attributes:
-        method: Name of the method; the default of planning if None.
         improve: Whether to search for a motion shorter than along its path.
-        every_goal: Whether to plan to all goals of a set.
         seconds: CPU time of one problem [s]; results then depend on the machine.
         work: Number of configurations that one problem may evaluate.
-        attempts: Number of seeds of one problem.
     """
 
     method: str | None = None
@@ -84,7 +81,6 @@ class CampaignTask:
         problem_id: Hash of the problem's contents and of the seed.
         robot: Empty if unknown before the problem is made.
         recipe: As JSON.
-        parameters: In a study, by name.
     """
 
     id: str

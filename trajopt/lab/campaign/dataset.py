@@ -29,11 +29,9 @@ class Dataset(Value):
 
     Attributes:
         ids: Of the rows, shape (N,).
-        problem_ids: Shape (N,).
         families: Sets of the problems, shape (N,).
         positions: Shape (N, T, n) [rad | m]; the start is the first point, the goal the last.
         velocities: Shape (N, T, n) [rad/s | m/s].
-        durations: Shape (N,) [s].
         clearances: Smallest proven clearance, NaN without pairs, shape (N,) [m].
     """
 
@@ -65,11 +63,7 @@ class Dataset(Value):
 
     @checked
     def batches(self, size: int, *, rng: np.random.Generator) -> Iterator["Dataset"]:
-        """Yield all motions once in random order, in batches of a size; the last batch may be smaller.
-
-        Raises:
-            ShapeError: If the size is not positive.
-        """
+        """Yield all motions once in random order, in batches of a size; the last batch may be smaller."""
         if size < 1:
             raise ShapeError("size", f"must be positive, is {size}")
         order = rng.permutation(len(self))
@@ -77,11 +71,7 @@ class Dataset(Value):
 
     @checked
     def write(self, path: Path | str) -> None:
-        """Write the arrays to an `.npz` file; their names are those of the attributes.
-
-        Raises:
-            FileFormatError: If its name does not end so, or it cannot be written.
-        """
+        """Write the arrays, named as the attributes, to a file that ends in `.npz`."""
         if Path(path).suffix != ".npz":
             raise FileFormatError(str(path), "a data set is written as .npz")
         with written_whole(path) as draft, draft.open("wb") as file:
@@ -94,12 +84,7 @@ class Dataset(Value):
 
 @checked
 def dataset(folder: CampaignFolder, points: int = 64) -> Dataset:
-    """Return the verified motions of a campaign, of the same joints, in the order of their ids.
-
-    Raises:
-        ShapeError: If there are fewer points.
-        CampaignError: If there is no verified motion, or they are of different joints.
-    """
+    """Return the verified motions of a campaign, of the same joints, in the order of their ids."""
     if points < 2:
         raise ShapeError("points", f"must be at least 2, is {points}")
     found: list[tuple[str, str, str, Floats, Floats, float, float]] = []
@@ -125,11 +110,7 @@ def dataset(folder: CampaignFolder, points: int = 64) -> Dataset:
 
 @checked
 def read_dataset(path: Path | str) -> Dataset:
-    """Read a file written by `Dataset.write`.
-
-    Raises:
-        FileFormatError: If the file is missing or is not a data set.
-    """
+    """Read a file written by `Dataset.write`."""
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in Dataset.__dataclass_fields__ if name != "joint_names"}
@@ -144,12 +125,7 @@ MOTIONS = ("joint_names", "times", "positions", "velocities", "accelerations")
 
 @dataclass(frozen=True)
 class Extracted:
-    """A row written as a bundle.
-
-    Attributes:
-        same: Whether planning again returned the row's motion, or its status without one; None if
-            nothing was planned.
-    """
+    """A row written as a bundle; `same` is whether planning again agreed, None if nothing was planned."""
 
     path: Path
     row: str
@@ -199,11 +175,7 @@ def extract(folder: CampaignFolder, row_id: str, path: Path | str) -> Extracted:
 
 @checked
 def motion_of(row: Row) -> Trajectory | None:
-    """Return the motion of a row of the results, or None.
-
-    Raises:
-        CampaignError: If the row was read without the columns of the motion.
-    """
+    """Return the motion of a row, or None; the row needs the columns of the motion."""
     missing = [name for name in MOTIONS if name not in row]
     if missing:
         raise CampaignError(f"the row was read without its columns {', '.join(map(shown, missing))}")

@@ -30,8 +30,6 @@ class PlannedBlock:
 
     Attributes:
         shard: The rows, as from `encoded`.
-        seconds: Wall-clock time of making and planning its problems [s].
-        busy: CPU time of planning [s].
         waited: Wall-clock time that its worker waited for it [s].
     """
 
@@ -45,11 +43,7 @@ class PlannedBlock:
 
 @dataclass(frozen=True, eq=False)
 class Lost:
-    """A block whose worker was lost, with its machine or its engine's process.
-
-    Attributes:
-        begun: Whether it was being planned; a waiting block is not a possible cause.
-    """
+    """A block whose worker was lost; `begun` if it was being planned, and may be the cause."""
 
     block: Block
     why: str
@@ -120,11 +114,7 @@ class StartReport:
 
 @dataclass(frozen=True, eq=False)
 class Bunch:
-    """Rows of some problems, sent together.
-
-    Attributes:
-        waited: Wall-clock time spent waiting for problems since the last message [s].
-    """
+    """Rows of some problems, sent together after the worker waited for a time [s]."""
 
     rows: Sequence[Row]
     waited: float

@@ -29,12 +29,7 @@ Ids = NDArray[np.bytes_]
 
 @dataclass(frozen=True)
 class CampaignFolder:
-    """A campaign on disk.
-
-    Attributes:
-        most_seconds: Wall-clock time limit of one problem [s].
-        versions: Versions of Python, trajopt and its dependencies at the start.
-    """
+    """A campaign on disk."""
 
     path: Path
     name: str
@@ -47,9 +42,6 @@ class CampaignFolder:
     @checked
     def begin(campaign: Campaign, path: Path | str) -> "CampaignFolder":
         """Write the problems of a campaign into a folder.
-
-        Args:
-            path: The folder, without another campaign.
 
         Raises:
             MissingExtra: If pyarrow is not installed.
@@ -78,12 +70,7 @@ class CampaignFolder:
     @staticmethod
     @checked
     def open(path: Path | str) -> "CampaignFolder":
-        """Open the campaign of a folder.
-
-        Raises:
-            MissingExtra: If pyarrow is not installed.
-            CampaignError: If there is none, or it is from a later version of trajopt.
-        """
+        """Open the campaign of a folder."""
         need_parquet()
         try:
             about = cast("dict[str, Any]", read_json(Path(path) / DESCRIPTION))
@@ -121,11 +108,7 @@ class CampaignFolder:
 
     @checked
     def task(self, row_id: str) -> CampaignTask:
-        """Return a task by its id or a prefix of it.
-
-        Raises:
-            CampaignError: If there is none, or the prefix is ambiguous.
-        """
+        """Return a task by its id or an unambiguous prefix of it."""
         found = [task for task in self.tasks() if task.id.startswith(row_id)]
         if len(found) != 1:
             raise CampaignError(

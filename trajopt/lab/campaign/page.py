@@ -154,11 +154,7 @@ MOST_POINTS = 400
 
 
 def distribution(times: Floats, name: str) -> str:
-    """Draw the cumulative distribution of values, over a logarithmic axis.
-
-    Args:
-        times: Values, ascending, positive.
-    """
+    """Draw the cumulative distribution of ascending positive values, over a logarithmic axis."""
     low, high = floor(log10(times[0])), ceil(log10(times[-1]))
     high = max(high, low + 1)
     wide, tall = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
@@ -199,14 +195,7 @@ def shares(names: Sequence[str], values: Sequence[tuple[float, float, float]]) -
 
 
 def heat_map(x: Floats, y: Floats, values: Floats, mark: tuple[float, float] | None = None) -> str:
-    """Draw a map of shares, white for none and dark for all; x to the right, y upward.
-
-    Args:
-        x: Shape (a,) [m].
-        y: Shape (b,) [m].
-        values: Shares in [0, 1], shape (b, a); NaN without data.
-        mark: A place to mark [m].
-    """
+    """Draw shares (b, a) over x (a,) and y (b,) [m], white for none, dark for all; mark a place."""
     rows, columns = values.shape
     parts: list[str] = []
     for i in range(rows):

@@ -51,11 +51,7 @@ Documents: TypeAlias = Path | Mapping[str, Mapping[str, bytes]]
 
 
 class Packer:
-    """Turns values into documents, each once.
-
-    Attributes:
-        members: Of each document by its key: the members of its file.
-    """
+    """Turns values into documents, each once; `members` has the files of each by its key."""
 
     def __init__(self) -> None:
         self.members: dict[str, Mapping[str, bytes]] = {}
@@ -245,14 +241,7 @@ class Stated:
 
 @dataclass(frozen=True)
 class FromMessages:
-    """A problem of MoveIt's messages, as texts.
-
-    Attributes:
-        name: Name of the problem, also in error messages.
-        scene: `PlanningScene` in YAML.
-        request: `MotionPlanRequest` in YAML.
-        motions: Motions of objects, in YAML; may be empty.
-    """
+    """A problem of MoveIt's messages, as texts in YAML; the motions may be empty."""
 
     robot: str
     name: str
@@ -274,11 +263,7 @@ class FromMessages:
 
 @dataclass(frozen=True)
 class JointToJoint:
-    """A motion between two configurations in a shared scene.
-
-    Attributes:
-        goal: Positions at the end [rad | m].
-    """
+    """A motion between two configurations in a shared scene [rad | m]."""
 
     scene: str
     group: str
@@ -311,12 +296,7 @@ class RandomMotion:
 
 @dataclass(frozen=True)
 class Perturbed:
-    """A problem with randomly displaced objects.
-
-    Attributes:
-        shift: Largest shift along each axis [m].
-        turn: Largest turn about the vertical through the object's origin [rad].
-    """
+    """A problem with objects displaced by up to `shift` [m] and turned about the vertical by `turn` [rad]."""
 
     base: str
     seed: int
@@ -340,11 +320,7 @@ class Perturbed:
 
 @dataclass(frozen=True)
 class BasePlaced:
-    """A problem with another placement of the robot's base; goals in the world stay.
-
-    Attributes:
-        where: Of the robot's root in the world: x, y, z [m] and the turn about z [rad].
-    """
+    """A problem with the robot's root at x, y, z [m] and a turn about z [rad]; goals in the world stay."""
 
     base: str
     where: tuple[float, float, float, float]
@@ -377,11 +353,7 @@ def written(recipe: Recipe) -> str:
 
 
 def read(text: str) -> Recipe:
-    """Return the recipe that `written` wrote.
-
-    Raises:
-        CampaignError: If it is none.
-    """
+    """Return the recipe that `written` wrote."""
     stated = cast("dict[str, Any]", json.loads(text))
     kind = RECIPES.get(str(stated.pop("recipe", "")))
     if kind is None:

@@ -19,9 +19,9 @@ from trajopt.values.errors import TrajoptError, shown
 class Fate(Enum):
     """Statuses of rows whose planning did not end normally; each value describes itself."""
 
-    INVALID = "the problem is malformed, or asks what its robot or scene does not have"
+    INVALID = "the problem is malformed, or needs something that its robot or scene does not have"
     FAILED = "trajopt raised an error of its own"
-    CRASHED = "whatever planned it ended, each time"
+    CRASHED = "its worker ended, each time"
     RAN_OVER = "it took more wall-clock time than any problem may"
 
 

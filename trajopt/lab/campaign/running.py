@@ -40,8 +40,6 @@ class Progress:
     Attributes:
         done: Number of rows, earlier runs included.
         verified: Rows of this run with a verified motion.
-        planned: Rows of this run.
-        seconds: Wall-clock time of this run [s].
         busy: CPU time of planning in this run [s].
         waited: Wall-clock time that workers waited for work in this run [s].
         losses: Blocks whose worker was lost with its machine.
@@ -82,7 +80,6 @@ def run_campaign(
     `resume_campaign` continues an interrupted campaign.
 
     Args:
-        folder: The folder, without another campaign.
         engine: Processes of this machine if None.
         progress: Called at least about every second.
 
@@ -101,12 +98,7 @@ def resume_campaign(
     *,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignFolder:
-    """Plan the problems without a row; arguments and errors as for `run_campaign`.
-
-    Raises:
-        CampaignError: If the folder has no campaign or one of other versions, rows cannot be written, or
-            workers cannot be started.
-    """
+    """Plan the problems without a row; arguments and errors as for `run_campaign`."""
     opened = CampaignFolder.open(folder)
     opened.check_versions()
     done = len(opened.done())

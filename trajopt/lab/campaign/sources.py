@@ -31,11 +31,7 @@ from trajopt.values.errors.arguments import checked
 
 @dataclass(frozen=True)
 class Posed:
-    """One problem of a campaign, before it is made.
-
-    Attributes:
-        robot: Name of the robot; empty if unknown before the problem is made.
-    """
+    """One problem of a campaign, before it is made; its robot's name is empty if unknown."""
 
     family: str
     number: int
@@ -46,11 +42,7 @@ class Posed:
 
 @dataclass(frozen=True, eq=False)
 class ProblemSource:
-    """Some problems of a campaign.
-
-    Attributes:
-        pose: Yields them, reproducibly; shared values are packed.
-    """
+    """Some problems of a campaign; `pose` yields them reproducibly, with shared values packed."""
 
     name: str
     count: int
@@ -76,12 +68,7 @@ def from_problems(name: str, listed: Sequence[Problem]) -> ProblemSource:
 def from_folder(
     path: Path | str, robot: Robot, *, sets: Sequence[str] = (), limit: int | None = None
 ) -> ProblemSource:
-    """Return the problems of a folder of MoveIt files: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml.
-
-    Raises:
-        FileFormatError: If the folder does not exist or has no problem.
-        NameNotFound: If a set does not exist.
-    """
+    """Return the problems of a folder of MoveIt files: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml."""
     found = find_instances(Path(path), robot, sets, limit=limit)
 
     def pose(packer: Packer) -> Iterator[Posed]:
@@ -164,12 +151,7 @@ def random_motions(
 def perturbed(
     problem: Problem, count: int, *, shift: float, turn: float = 0.0, seed: int = 0
 ) -> ProblemSource:
-    """Return variants of a problem: objects displaced by up to `shift` [m] and `turn` [rad].
-
-    Raises:
-        ProblemError: If the count is not positive.
-        ShapeError: If a number is negative.
-    """
+    """Return variants of a problem: objects displaced by up to `shift` [m] and `turn` [rad]."""
     total = _count(count)
     for label, value in (("shift", shift), ("turn", turn)):
         if number(label, value) < 0.0:
@@ -229,12 +211,7 @@ def base_placements(
 
 @checked
 def installed(name: str, count: int = 1) -> ProblemSource:
-    """Return instances of an installed problem: the fixed one, then random ones.
-
-    Raises:
-        ProblemNotFound: If there is none of that name.
-        ProblemError: If it has no random instances, and more than one is requested.
-    """
+    """Return instances of an installed problem: the fixed one, then random ones."""
     definition, total = installed_definitions((name,))[0], _count(count)
     if total > 1:
         definition.instance(1)  # says so where there is none

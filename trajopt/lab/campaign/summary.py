@@ -45,9 +45,6 @@ def quantile(values: Sequence[float] | Floats, level: float) -> Estimate:
 
     The number of n values below the quantile is binomial. With too few values for an interval at 95 % the
     ends are the smallest and the largest. Source: David and Nagaraja, Order Statistics, 2003, section 7.1.
-
-    Args:
-        level: In (0, 1).
     """
     from scipy.stats import binom
 
@@ -153,11 +150,7 @@ class CampaignSummary(Value):
 
 @checked
 def summary(folder: CampaignFolder) -> CampaignSummary:
-    """Summarise the present results of a campaign.
-
-    Raises:
-        CampaignError: If there is no row yet, or a file of the results is damaged.
-    """
+    """Summarise the present results of a campaign, at least one."""
     rows = list(folder.rows(COLUMNS))
     if not rows:
         raise CampaignError(f"{folder.path} has no row yet")
@@ -271,11 +264,7 @@ class Comparison:
 
 @checked
 def compare_campaigns(first: CampaignFolder, second: CampaignFolder) -> Comparison:
-    """Compare two campaigns, problem by problem.
-
-    Raises:
-        CampaignError: If they have no problem in common.
-    """
+    """Compare two campaigns, problem by problem; they must have a problem in common."""
     before, after = _rows(first), _rows(second)
     common = [key for key in before if key in after]
     if not common:

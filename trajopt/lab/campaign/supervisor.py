@@ -38,11 +38,7 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 @dataclass(frozen=True, eq=False)
 class Worked:
-    """Results of a block.
-
-    Attributes:
-        waited: Wall-clock time that the worker waited for problems [s].
-    """
+    """Results of a block, and the time that the worker waited for problems [s]."""
 
     rows: Sequence[Row]
     waited: float
@@ -231,11 +227,7 @@ class WorkerSupervisor:
 @checked
 @dataclass(frozen=True)
 class Local:
-    """Processes of this machine.
-
-    Attributes:
-        workers: Their number; 0 for the number of usable cores.
-    """
+    """Processes of this machine; 0 workers for the number of usable cores."""
 
     workers: int = 0
 

@@ -27,11 +27,7 @@ DEATH_SIGNAL = 1
 
 
 def serve(pipe: "Connection[object, object]", marks: int) -> None:
-    """Plan problems from a pipe until it is closed.
-
-    Args:
-        marks: File number for marks at the start of each problem.
-    """
+    """Plan problems from a pipe until it is closed; `marks` is the file of the marks at each start."""
     try:
         setup = pipe.recv()
         assert isinstance(setup, Setup)

@@ -137,7 +137,7 @@ def _on_hand(told: Node) -> bool:
         return kind in ON_HAND
     if told["eye_on_hand"].missing:
         raise told.error(
-            "says nothing of where the camera is fixed: eye_on_hand or calibration_type is missing"
+            "does not state where the camera is mounted: eye_on_hand or calibration_type is missing"
         )
     return told["eye_on_hand"].flag()
 

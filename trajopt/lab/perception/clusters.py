@@ -20,8 +20,6 @@ class Cluster(Value):
 
     Attributes:
         name: "cluster 1" for the largest, and so on.
-        points: Their indices in the cloud, rising, shape (n,).
-        box: A box that contains the balls of all of them.
         placement: Of the box in the cloud's frame.
     """
 
@@ -71,11 +69,7 @@ def clusters(cloud: Points, clustering: Clustering = DEFAULT) -> tuple[Cluster, 
 
 @checked
 def without(cloud: Points, parts: tuple[Ints, ...]) -> Points | None:
-    """Return a cloud without some of its points, or None if none is left.
-
-    Args:
-        parts: Indices of points, of clusters or planes that replace them.
-    """
+    """Return a cloud without the points of these indices, or None if none is left."""
     stays = np.ones(len(cloud.points), dtype=np.bool_)
     for part in parts:
         stays[part] = False
@@ -113,13 +107,7 @@ ROUNDING = 1e-9
 
 
 def box_around(points: Floats, radius: float, *, upright: bool) -> tuple[Box, Placement]:
-    """Return a box around balls, and its placement in the frame of their centres.
-
-    Args:
-        points: Centres, at least one, shape (n, 3) [m].
-        radius: Of the balls [m].
-        upright: Whether its z axis is fixed; otherwise one of its faces lies on a face of the centres' hull.
-    """
+    """Return a box around balls with centres (n, 3) [m], and its placement in their frame."""
     outer = _outermost(points)
     best = min(
         (_standing(outer, axes) for axes in _frames(outer, upright=upright)), key=lambda found: found[0]
@@ -224,9 +212,7 @@ class Flatness(Value):
 
     Attributes:
         tolerance: Largest distance of its points [m]; 0 for the radius of the cloud's balls.
-        least: Least number of points.
         gap: Parts farther apart are separate planes [m].
-        most: Largest number of planes.
     """
 
     tolerance: float = 0.0

@@ -79,11 +79,7 @@ MOST_CELLS = 1 << 24
 
 @dataclass(frozen=True, eq=False)
 class Perceived(Value):
-    """Result of perception.
-
-    Attributes:
-        scene: The scene with the cloud as one object.
-    """
+    """Result of perception: the scene with the cloud as one object."""
 
     scene: Scene
     cloud: Cloud
@@ -104,10 +100,6 @@ def perceive(
     is unknown (`with_unseen` makes it solid). An empty cloud becomes a frame without a shape.
 
     Args:
-        scene: The robot and the known surroundings.
-        measured: One or several images or clouds, of one or several cameras.
-        sensing: Parameters of the conversion.
-        name: Of the object.
         before: The earlier cloud, which stays except for places that an image now shows to be empty; None to
             drop it.
 
@@ -158,7 +150,6 @@ def with_unseen(
     Args:
         sensing: Parameters, with a workspace.
         cell: Edge of the cubes [m].
-        name: Of the object.
 
     Raises:
         ProblemError: If there is no workspace, or no image.
@@ -227,7 +218,7 @@ def _hidden(scene: Scene, before: Cloud, now: Sequence[Measured], sensing: Sensi
 
 def _grid(sensing: Sensing, cell: float) -> Ints:
     if sensing.workspace is None:
-        raise ProblemError("sensing: needs a workspace, which says how far there is anything unseen")
+        raise ProblemError("sensing: requires a workspace: the bounds of the unseen region")
     begin = np.floor(sensing.workspace.lower / cell + 1e-9).astype(np.int64)
     end = np.ceil(sensing.workspace.upper / cell - 1e-9).astype(np.int64)
     many = float(np.prod((end - begin).astype(np.float64)))
@@ -274,11 +265,7 @@ class Sight:
 
     @staticmethod
     def of(image: DepthImage, scene: Scene, sensing: Sensing, *, holes_are_clear: bool) -> "Sight":
-        """Process an image.
-
-        Args:
-            holes_are_clear: Whether a pixel without a measurement hides nothing.
-        """
+        """Process an image; `holes_are_clear` if a pixel without a measurement hides nothing."""
         camera, depth = image.camera, image.metres
         with np.errstate(invalid="ignore"):
             hole = ~(depth > 0.0)
@@ -297,12 +284,7 @@ class Sight:
         return Sight(image, image.where(scene), tuple(levels), table)
 
     def through(self, points: Floats, radius: float) -> Bools:
-        """Return the balls that are seen to be empty: all their pixels measured a surface behind them.
-
-        Args:
-            points: Centres, shape (n, 3) in the world [m].
-            radius: Of the balls [m].
-        """
+        """Return the balls (n, 3) in the world [m] of which all pixels measured a surface behind."""
         lens = self.image.camera.intrinsics
         local = self.where.inverse() * points
         depth = local[:, 2]
@@ -362,12 +344,7 @@ def _bridged(seen: Singles, pixels: int) -> Singles:
 
 @dataclass(frozen=True, eq=False)
 class _Solid:
-    """A shape prepared for containment queries.
-
-    Attributes:
-        lower: Lower corner of its box, shape (3,) [m], as `upper`.
-        faces: Outward normals and offsets of flat faces, shape (k, 4); empty otherwise.
-    """
+    """A shape prepared for containment queries, with its box and the planes of flat faces."""
 
     shape: shapes.Shape
     lower: Floats
@@ -416,11 +393,7 @@ class _Solid:
 
 @dataclass(frozen=True, eq=False)
 class RobotMask:
-    """The robot with its attached objects, and known objects, in one configuration.
-
-    Attributes:
-        placements: Placement of each in the world.
-    """
+    """The robot with its attached objects, and known objects, placed in the world."""
 
     solids: Sequence[_Solid]
     placements: Sequence[Placement]

@@ -19,11 +19,7 @@ MOST_CELLS_ACROSS = 1 << 20
 @checked
 @dataclass(frozen=True, eq=False)
 class Workspace(Value):
-    """The relevant box of the world, along its axes: measurements outside are skipped.
-
-    Attributes:
-        lower: Its lower corner, shape (3,) in the world [m], as `upper`.
-    """
+    """The relevant box of the world, from `lower` to `upper` (3,) [m]: measurements outside are skipped."""
 
     lower: Floats
     upper: Floats
@@ -190,13 +186,7 @@ def once(keys: NDArray[np.signedinteger]) -> NDArray[np.signedinteger]:
 
 @dataclass(frozen=True, eq=False)
 class Grid(Value):
-    """The range of cells that may be occupied.
-
-    Attributes:
-        edge: Of a cell [m].
-        first: The lowest cell along each axis, shape (3,).
-        count: Cells along each axis, shape (3,).
-    """
+    """The range of cells that may be occupied, from the lowest one on."""
 
     edge: float
     first: Ints
@@ -207,10 +197,6 @@ class Grid(Value):
         """Return the cells that intersect a workspace, or else those within reach of a sensor.
 
         If the workspace does not end at a multiple of the edge, its last cells extend beyond it.
-
-        Args:
-            where: Placement of the sensor in the world.
-            reach: Its range [m].
         """
         if workspace is not None:
             first = np.floor(workspace.lower / edge + SAME)

@@ -17,8 +17,6 @@ class TreeLink:
 
     Attributes:
         parent: The link above; empty for the root.
-        joint: The joint between them; empty for the root.
-        moving: Whether the joint moves.
         driven: Whether it moves and mimics no other.
         length: Distance between the origins of both links at zero [m].
     """
@@ -33,12 +31,7 @@ class TreeLink:
 
 @dataclass(frozen=True, eq=False)
 class LinkTree:
-    """All links of a robot.
-
-    Attributes:
-        links: By name, each after its parent.
-        below: Names of the links joined below each, in the file's order.
-    """
+    """All links of a robot by name, each after its parent, and the links below each."""
 
     links: Mapping[str, TreeLink]
     below: Mapping[str, tuple[str, ...]]
@@ -288,11 +281,7 @@ GRIPPER_SHARE = 0.4
 
 
 def gripper_start(tree: LinkTree, path: Sequence[str]) -> str:
-    """Return the first link of a gripper at the end of a chain; empty if no name suggests one.
-
-    Args:
-        path: Links of a chain from its base to its last moving link.
-    """
+    """Return the first link of a gripper on a path from a chain's base; empty if no name suggests one."""
     links = [tree.links[name] for name in path[1:]]
     moving = [link for link in links if link.moving]
     begin = len(moving)
@@ -315,11 +304,7 @@ def opens(tree: LinkTree, link: TreeLink) -> bool:
 
 
 def doubt(tree: LinkTree, joints: Sequence[str]) -> tuple[str, str]:
-    """Return the joint of a chain that may be a gripper's, and why; both empty if none looks like it.
-
-    Args:
-        joints: The chain's driven joints, from its base to its tip.
-    """
+    """Return the joint of a chain that may be a gripper's, and why; both empty if none looks like it."""
     above = {link.joint: link for link in tree.links.values()}
     links = [above[joint] for joint in joints]
     if len(links) < ARM_JOINTS or all(opens(tree, link) for link in links):
@@ -327,7 +312,7 @@ def doubt(tree: LinkTree, joints: Sequence[str]) -> tuple[str, str]:
     last = links[-1]
     named = any(names_gripper(name) for name in (last.joint, last.name)) and not words(last.joint) & TURNS
     if named or opens(tree, last):
-        return last.joint, "its name or that of a link beside it says so"
+        return last.joint, "by its name or a neighbouring link's"
     behind_fixed = [link for link in links[1:] if not tree.links[link.parent].moving]
     if behind_fixed == [last]:
         return last.joint, f"{last.parent}, which it hangs on, is fixed to the link before"

@@ -60,9 +60,6 @@ class Confidence:
 
         No collision in N has the probability (1 - share)^N, which must not exceed the risk of one pair,
         (1 - level) / pairs. One pair at 95 % is the rule of three: N = 3 / share.
-
-        Args:
-            pairs: Number of pairs, at least 1.
         """
         return ceil(log((1.0 - self.level) / pairs) / log1p(-self.share))
 
@@ -170,7 +167,6 @@ class LinkPairs:
     """Pairs of links that can move relative to each other, and their pairs of bodies.
 
     Attributes:
-        names: The two links of each, m of them, in the order of the robot's links.
         of_body_pair: Index of the link pair of each pair of bodies, shape (p,).
     """
 
@@ -192,13 +188,7 @@ class LinkPairs:
 
 @dataclass(eq=False)
 class PairCounts:
-    """Evidence about m pairs of links, extended by each batch.
-
-    Attributes:
-        collisions: Number of them in collision, shape (m,).
-        nearest: Smallest signed distance, shape (m,) [m].
-        at: Its configuration, shape (m, n).
-    """
+    """Evidence about m pairs of links, extended by each batch."""
 
     samples: int
     collisions: Ints
@@ -249,10 +239,6 @@ def descend(
     """Search smaller distances of pairs by gradient descent from the nearest samples and around them.
 
     A step that does not reduce the distance is halved. The minima in the counts are updated.
-
-    Args:
-        query: Of the model with all driven joints free.
-        counts: The evidence, whose `nearest` and `at` are updated.
     """
     limits = query.reduced.limits
     for pair in chosen:

@@ -192,7 +192,7 @@ def gripper_findings(tree: LinkTree, groups: Sequence[ProposedGroup]) -> Iterato
         if group.is_base or group.parts:
             continue
         if group.is_gripper:
-            one = "; name its open and closed states: one finger does not tell which end is which"
+            one = "; name its open and closed states: one finger does not show which end is which"
             yield Finding(
                 Severity.NOTE,
                 listed(group.driven),
@@ -221,11 +221,7 @@ HOME_MARGIN = 0.01
 def home_positions(
     robot: Robot, disabled: frozenset[frozenset[str]], *, rng: np.random.Generator
 ) -> Floats | None:
-    """Return collision-free positions of all driven joints, shape (n,) [rad | m]; zero is preferred.
-
-    Args:
-        rng: Draws configurations if neither zero nor the middle of the limits is valid.
-    """
+    """Return collision-free positions of all driven joints, shape (n,) [rad | m]; zero is preferred."""
     free = all_joints_free(robot)
     bare = replace(free.scene.robot, disabled_pairs=disabled)
     reduced = reduce_model(Scene(bare, margin=0.0), free.group, free.start)

@@ -74,7 +74,7 @@ def check_urdf(robot: Robot) -> tuple[Finding, ...]:
 
 def _model(robot: Robot) -> Iterator[Finding]:
     model, limits = robot.model, robot.limits
-    yield Finding(Severity.NOTE, robot.name, "was made of a Pinocchio model: there is no URDF to check")
+    yield Finding(Severity.NOTE, robot.name, "was made from a Pinocchio model: there is no URDF to check")
     for name, inertia in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
         if inertia.mass == 0.0:
             yield Finding(Severity.WARNING, name, "carries no mass: torques leave it out")
@@ -243,7 +243,7 @@ def _mismatch(link: str, solid: Floats, shown: Floats) -> Iterator[Finding]:
             f"collision shapes fill a box of {one} mm, visual shapes one of {other} mm",
         )
     elif (np.abs(solid.mean(axis=0) - shown.mean(axis=0)) > np.maximum(0.5 * sizes[1], SLACK)).any():
-        yield Finding(Severity.WARNING, link, "collision shapes are somewhere else than what is seen")
+        yield Finding(Severity.WARNING, link, "collision shapes are displaced from the visual shapes")
 
 
 def _boxes(shapes: list[tuple[str, Placement, Shape]]) -> dict[str, Floats]:

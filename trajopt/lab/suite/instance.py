@@ -38,11 +38,7 @@ _EXPECTED = "expected_status"
 
 @checked
 def expected_status(status: Status) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
-    """Mark a function that makes a problem without a solution; others are expected to be solved.
-
-    Raises:
-        ProblemError: If the status is `SOLVED`.
-    """
+    """Mark a function that makes a problem without a solution; others are expected to be solved."""
     if status is Status.SOLVED:
         raise ProblemError("expected_status: SOLVED is expected of every problem without it")
 
@@ -90,11 +86,7 @@ class Definition:
 
     @checked
     def instance(self, draw: int = 0) -> Instance:
-        """Return the fixed instance (0) or a random one, the same on every machine.
-
-        Raises:
-            ProblemError: If there are no random instances.
-        """
+        """Return the fixed instance (0) or a random one, if there are any, the same on every machine."""
         if draw == 0:
             return Instance(self.name, self.make, self.expected)
         if not self.randomised:
@@ -116,11 +108,7 @@ def definitions() -> tuple[Definition, ...]:
 
 @checked
 def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
-    """Return installed problems by name, in this order; all if none is named.
-
-    Raises:
-        ProblemNotFound: If there is none of a name.
-    """
+    """Return installed problems by name, in this order; all if none is named."""
     known = {item.name: item for item in definitions()}
     for name in names:
         if name not in known:
@@ -135,11 +123,7 @@ def installed_instances(names: Sequence[str] = ()) -> tuple[Instance, ...]:
 
 
 def instances_of(problems: Mapping[str, Problem] | Sequence[Problem | str]) -> tuple[Instance, ...]:
-    """Return problems as instances.
-
-    Args:
-        problems: By name; or a sequence of problems (with their own names) or names of installed ones.
-    """
+    """Return problems, or installed problems by name, as instances."""
 
     def fixed(name: str, problem: Problem) -> Instance:
         return Instance(name, lambda: problem)

@@ -12,7 +12,7 @@ from trajopt.robot.loading.urdf import SEVERAL_DEGREES_OF_FREEDOM, Urdf
 from trajopt.values.errors import GroupNotFound, JointNotFound, ModelError, shown
 from trajopt.values.placement import WORLD
 
-TO_MOVE_IT = "load the robot with base=to.bases.planar_base(...) where it should move in the plane"
+TO_MOVE_IT = "load the robot with base=to.bases.planar_base(...) for a base that moves in the plane"
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,10 +94,10 @@ def _stands_for(
     free = [name for name, kind in known.items() if kind in SEVERAL_DEGREES_OF_FREEDOM]
     if base.name:
         if free and base.name not in known:
-            raise JointNotFound("joint (that the base stands for)", base.name, known)
+            raise JointNotFound("joint (that the base replaces)", base.name, known)
         return base.name
     if len(free) > 1:
-        raise ModelError(f"base: say by its name which joint it stands for: {', '.join(map(shown, free))}")
+        raise ModelError(f"base: name the joint that it replaces: {', '.join(map(shown, free))}")
     return next(iter(free or known), "base" if len(base.joints) > 1 else "rail")
 
 

@@ -23,11 +23,7 @@ _SCHEMES = ("package://", "model://")
 
 @dataclass(frozen=True)
 class MeshNames:
-    """The mesh names of one description.
-
-    Attributes:
-        package_dirs: Given folders of packages, or with packages in them.
-    """
+    """The mesh names of one description, and the given folders of packages."""
 
     file: Path
     package_dirs: tuple[Path, ...] = ()
@@ -65,9 +61,7 @@ class MeshNames:
                     return found.resolve()
                 outside = True
         if outside:
-            where = (
-                f"lies outside of what belongs to {self.file.name}; name its folder as a package directory"
-            )
+            where = f"lies outside the folders of {self.file.name}; name its folder as a package directory"
             raise MeshFileError(filename, where)
         raise MeshFileError(filename, self._nowhere(self._tried(relative, inner, named, scheme), scheme))
 

@@ -36,7 +36,7 @@ def resolve_mimics(
         if joint in movable:
             moving[joint] = mimic
     traced = {joint: _traced(joint, moving) for joint in movable if joint in moving}
-    said = "joints move on their own that mimic what the robot does not have"
+    said = "joints that mimic a missing joint move on their own"
     return traced, (f"{said}: {listed(alone)}",) if alone else ()
 
 
@@ -47,11 +47,7 @@ def followed(
     *,
     checked: Iterable[str] = (),
 ) -> Floats:
-    """Return positions (n,) with each mimic joint at its implied position, read-only.
-
-    Args:
-        checked: Mimic joints with given positions; an error of `MIMIC_ERROR` is accepted.
-    """
+    """Return positions (n,), read-only, with mimic joints as implied; `checked` ones must agree with it."""
     result = np.array(floats("positions", positions, (len(joint_names),)))
     refused = frozenset(several("checked", checked, str))
     for joint, mimic in mimics.items():
@@ -68,11 +64,7 @@ def followed(
 def completed(
     joint_names: Sequence[str], mimics: Mapping[str, Mimic], positions: Floats, *, given: Collection[str]
 ) -> Floats:
-    """Return positions (n,), partly given, with mimic joints and their leading joints adjusted, read-only.
-
-    Args:
-        given: Joints whose position is kept; the leading joint of a given mimic joint is adjusted.
-    """
+    """Return positions (n,), read-only, in which mimic joints and their leaders fit the given joints."""
     result = np.array(positions)
     for joint in given:
         mimic = mimics.get(joint)
@@ -124,7 +116,7 @@ def _tightened(found: JointLimits, limits: JointLimits, joint: str, mimic: Mimic
     lower, upper = float(limits.lower[own]), float(limits.upper[own])
     if mimic.multiplier == 0.0:
         if not lower - ROUNDING <= mimic.offset <= upper + ROUNDING:
-            why = f"always stands at {mimic.offset:g}, outside of its range [{lower:g}, {upper:g}]"
+            why = f"is always at {mimic.offset:g}, outside its range [{lower:g}, {upper:g}]"
             raise MimicOutOfRange(joint, mimic.source, why)
         return found
     size = abs(mimic.multiplier)

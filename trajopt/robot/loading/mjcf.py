@@ -43,9 +43,6 @@ def read_mjcf(path: Path) -> tuple[Urdf, Srdf]:
     """Read a MuJoCo model as a description: bodies become links, named key frames states.
 
     Bodies fixed to the world are part of the robot: each geom of the world becomes a link.
-
-    Returns:
-        An equivalent URDF and SRDF.
     """
     model, warnings = _compiled(path)
     said = [f"MuJoCo warns: {' '.join(warning.split())}" for warning in dict.fromkeys(warnings)]
@@ -124,7 +121,7 @@ class _Reading:
             if kind == BALL:
                 raise UnsupportedJoint(label, "ball")
             if kind == FREE:
-                self.notes.append(f"joint {shown(label)} is free: {name} is fixed where it stands")
+                self.notes.append(f"joint {shown(label)} is free: {name} is fixed in its place")
                 continue
             axis, anchor = (np.array(each[joint], dtype=float) for each in (model.jnt_axis, model.jnt_pos))
             zero = float(model.qpos0[int(model.jnt_qposadr[joint])])
@@ -278,7 +275,7 @@ class _Reading:
             self.notes.append("bodies whose weight MuJoCo compensates count in torques with all of it")
         gravity = np.array(model.opt.gravity)
         if np.abs(gravity - _EARTH).max() > _EXACT:
-            self.notes.append(f"gravity is taken as {_EARTH} m/s^2, where the file has {gravity.tolist()}")
+            self.notes.append(f"gravity is taken as {_EARTH} m/s^2; the file has {gravity.tolist()}")
 
     def _name(self, kind: str, place: int) -> str:
         return str(getattr(self.model, kind)(place).name) or f"{kind}_{place}"

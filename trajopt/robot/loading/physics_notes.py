@@ -55,8 +55,7 @@ def inertia_notes(model: pin.Model) -> tuple[str, ...]:
             negative.append(name)
     if not negative:
         return ()
-    carried = f"what {listed(negative)} {'moves' if len(negative) == 1 else 'move'}"
     return (
-        f"no body has the negative moments of inertia that are stated of {carried}: torques of motions and "
-        "the simulation are not those of the robot; `trajopt srdf` names the links",
+        f"bodies on {listed(negative)} have negative moments of inertia, which is impossible: torques of "
+        "motions and the simulation are wrong; `trajopt srdf` names the links",
     )

@@ -85,14 +85,14 @@ def _fingers(model: pin.Model, group: Group) -> list[str]:
         return []
     return [
         f"no groups are named, so all joints are in group {shown(group.name)} and are planned together, "
-        f"also what looks like a gripper's by its name: {listed(found)}"
+        f"including likely joints of a gripper: {listed(found)}"
     ]
 
 
 def _bases(srdf: Srdf) -> list[str]:
     return [
         f"the {joint.kind} joint {shown(joint.name)} between {joint.frame or 'the world'} and "
-        f"{joint.child} does not move: the base is fixed where it stands; {TO_MOVE_IT}"
+        f"{joint.child} does not move: the base is fixed in its place; {TO_MOVE_IT}"
         for joint in srdf.virtual_joints
         if joint.kind != "fixed"
     ]

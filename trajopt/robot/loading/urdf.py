@@ -28,11 +28,7 @@ SEVERAL_DEGREES_OF_FREEDOM = ("planar", "floating")
 
 @dataclass(frozen=True)
 class MeshReference:
-    """A mesh file on a link, not loaded yet.
-
-    Attributes:
-        scale: Factors along x, y, z.
-    """
+    """A mesh file on a link, not loaded yet, and its factors along x, y and z."""
 
     path: Path
     scale: tuple[float, float, float]
@@ -99,7 +95,7 @@ def _geometry(path: Path, element: ElementTree.Element, meshes: MeshNames) -> Sh
         if not x * y * z:
             raise FileFormatError(str(path), f"<mesh scale={shown(mesh.get('scale'))}> makes the mesh flat")
         return MeshReference(meshes.find(mesh.get("filename", "")), (x, y, z))
-    raise FileFormatError(str(path), "a <geometry> holds no shape that trajopt knows")
+    raise FileFormatError(str(path), "a <geometry> has no known shape")
 
 
 def _link_geometries(
@@ -284,8 +280,8 @@ def check_count(path: Path, links: int, kind: str = "links") -> None:
     if links > MOST_LINKS:
         raise FileFormatError(
             str(path),
-            f"has {links} {kind}, more than the {MOST_LINKS} that a robot may have; what stands around it "
-            "belongs in a scene (Scene.add)",
+            f"has {links} {kind}, more than the {MOST_LINKS} that a robot may have; its surroundings "
+            "belong in a scene (Scene.add)",
         )
 
 

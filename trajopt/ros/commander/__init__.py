@@ -2,6 +2,7 @@
 
 A script changes its imports (`from trajopt.ros import commander as moveit_commander`) and adds one line,
 `with commander.World("panda"):`, which selects the robot and scene. `docs/from-moveit.md` lists the calls.
+Misuse raises a `MoveItCommanderException`.
 """
 
 from collections.abc import Sequence

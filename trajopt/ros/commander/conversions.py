@@ -30,11 +30,7 @@ def stamped(where: Placement, frame: str) -> PoseStamped:
 
 
 def placement_of(pose: Any) -> Placement:
-    """Return the placement of a pose, or of a list of six (with roll, pitch, yaw) or seven numbers.
-
-    Raises:
-        MoveItCommanderException: If the value has another form.
-    """
+    """Return the placement of a pose, or of a list of six (with roll, pitch, yaw) or seven numbers."""
     if isinstance(pose, Placement):
         return pose
     if is_message(pose, "position", "orientation"):

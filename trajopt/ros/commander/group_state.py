@@ -73,12 +73,7 @@ class PoseTarget:
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """Targets of a group.
-
-    Attributes:
-        joints: Joint -> position [rad | m], of all joints of the group.
-        poses: Alternative poses by link; `joints` applies if empty.
-    """
+    """Targets of a group."""
 
     joints: Mapping[str, float]
     poses: Mapping[str, tuple[PoseTarget, ...]] = field(default_factory=dict[str, tuple[PoseTarget, ...]])
@@ -517,10 +512,6 @@ class GroupTargets(GroupBase):
         Args:
             axis: 0 to 5: x, y, z [m], roll, pitch, yaw [rad].
             value: Displacement from the current pose.
-            end_effector_link: Link to use instead of the end effector.
-
-        Raises:
-            MoveItCommanderException: If the axis is not 0 to 5.
         """
         if axis not in range(6):
             raise MoveItCommanderException(f"axis must be 0 to 5 (x, y, z, roll, pitch, yaw), is {axis}")
@@ -669,9 +660,6 @@ class GroupConstraints(GroupBase):
         Args:
             value: A Constraints message with joint, position, orientation and visibility constraints, the
                 name of stored constraints, or None to clear them.
-
-        Raises:
-            MoveItCommanderException: If the constraints are malformed, or contain an unknown name.
         """
         if value is None:
             return self.clear_path_constraints()
@@ -692,14 +680,7 @@ class GroupConstraints(GroupBase):
         return self._trajectory_constraints
 
     def set_trajectory_constraints(self, value: Any) -> None:
-        """Set the trajectory constraints: waypoints, reached in order.
-
-        Args:
-            value: A TrajectoryConstraints message, or None to clear them.
-
-        Raises:
-            MoveItCommanderException: If the constraints are malformed, or contain an unknown name.
-        """
+        """Set the trajectory constraints: waypoints, reached in order."""
         if value is None:
             return self.clear_trajectory_constraints()
         for each in value.constraints:
@@ -712,15 +693,7 @@ class GroupConstraints(GroupBase):
         self._trajectory_constraints = TrajectoryConstraints()
 
     def set_constraints_database(self, host: str, port: int) -> None:
-        """Select the folder of stored constraints.
-
-        Args:
-            host: A folder of `moveit_msgs/Constraints` in YAML, each named by its file.
-            port: As in MoveIt; ignored.
-
-        Raises:
-            MoveItCommanderException: If the folder does not exist, or a file in it is malformed.
-        """
+        """Select the folder of stored `moveit_msgs/Constraints` in YAML, each named by its file."""
         if not Path(host).is_dir():
             raise ProblemError(f"set_constraints_database: {shown(host)} is not a folder")
         stored: dict[str, Constraints] = {}

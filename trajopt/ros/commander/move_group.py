@@ -101,7 +101,6 @@ class GroupMotions(GroupBase):
         """Follow straight lines with the end effector, from its current pose through waypoints.
 
         Args:
-            waypoints: Poses, in the pose reference frame or stamped.
             eef_step: As in MoveIt, > 0 [m]; ignored, because the lines are checked continuously.
             avoid_collisions: Whether to stop before a collision; a preceding `jump_threshold` is ignored.
             path_constraints: Further constraints (Constraints); the motion ends where they are violated.
@@ -109,10 +108,6 @@ class GroupMotions(GroupBase):
         Returns:
             The motion, and the followed fraction of the path; `get_last_followed` contains the reason if the
             path is incomplete.
-
-        Raises:
-            MoveItCommanderException: If a waypoint is not a pose.
-            FileFormatError: If the constraints cannot be read.
         """
         if not isinstance(avoid_collisions, bool):
             raise MoveItCommanderException(
@@ -151,7 +146,6 @@ class GroupMotions(GroupBase):
 
         Args:
             grasp: A Grasp or several, best first; if empty, grasps are generated from the object's shape.
-            plan_only: Whether to plan without moving.
 
         Returns:
             MoveIt's error code; `get_last_pick_place` has the details.
@@ -181,13 +175,9 @@ class GroupMotions(GroupBase):
 
         Args:
             location: Target of the object: a Pose, PoseStamped or PlaceLocation, or several, best first.
-            plan_only: Whether to plan without moving.
 
         Returns:
             MoveIt's error code; `get_last_pick_place` has the details.
-
-        Raises:
-            MoveItCommanderException: If no location is given.
         """
         at = self._world.positions
         constraints, scene = self._while_held(self._world.scene)
@@ -232,9 +222,6 @@ def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: s
     Args:
         message: Its pose is of the end effector, its postures are of the fingers.
         at: Current positions of all joints [rad | m].
-
-    Raises:
-        MoveItCommanderException: If a finger is missing in a posture.
     """
     where, frame = framed_placement(message.grasp_pose, WORLD)
     placed = scene.placement_of(_frame(frame, scene), at) * where
@@ -307,14 +294,8 @@ def retimed(
     """Return the fastest motion along the points of a trajectory within all limits.
 
     Args:
-        reduced: The robot in its scene, the group's joints free.
         trajectory: Joints in the group's order; its times are ignored.
-        velocity: Factor in (0, 1] on the velocity limits.
         acceleration: Factor in (0, 1] on the acceleration limits.
-
-    Raises:
-        MoveItCommanderException: If no timing satisfies the limits.
-        ProblemError: If a factor is outside (0, 1].
     """
     last = dict(zip(reduced.joint_names, trajectory.positions[-1].tolist(), strict=True))
     problem = Problem(
@@ -349,9 +330,6 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         Args:
             msg: A RobotState; missing joints keep their current positions, and its attached objects are
                 carried from the start.
-
-        Raises:
-            MoveItCommanderException: If the message is malformed, or contains an unknown joint.
         """
         state_positions(msg, self._world)
         self._start = msg
@@ -399,13 +377,10 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
 
         Returns:
             Whether the robot arrived (or started); see `get_last_outcome`.
-
-        Raises:
-            MoveItCommanderException: If the trajectory is malformed, or its joints are not the group's.
         """
         motion = trajectory_of(trajectory, "execute", self._group, self._world.named_positions)
         if motion is None:
-            reason = "the trajectory has no points; plan() says why in its error code"
+            reason = "the trajectory has no points; the error code of plan() has the reason"
             code = MoveItErrorCodes(MoveItErrorCodes.INVALID_MOTION_PLAN, reason, "execution")
             self._world.report(ExecutionOutcome(code))
             return False
@@ -508,9 +483,6 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
             acceleration_scaling_factor: Factor in (0, 1] on the acceleration limits.
             algorithm: One of MoveIt's names; all select the same algorithm, which also limits jerk and
                 torque.
-
-        Raises:
-            MoveItCommanderException: If no timing satisfies the limits, or the trajectory is malformed.
         """
         if algorithm not in ALGORITHMS:
             raise SolverNotFound("time parameterisation", algorithm, ALGORITHMS)

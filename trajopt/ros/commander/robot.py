@@ -23,14 +23,7 @@ GREY = (0.5, 0.5, 0.5, 1.0)
 
 
 def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> msg.MarkerArray:
-    """Return a marker for every visual element of links.
-
-    Args:
-        positions: Positions of all joints [rad | m].
-
-    Raises:
-        FrameNotFound: If a link is unknown.
-    """
+    """Return a marker for every visual element of links, at positions of all joints [rad | m]."""
     robot = scene.robot
     for link in links:
         if link not in robot.links:
@@ -127,11 +120,7 @@ def _first(args: Sequence[Any], kind: type) -> Any:
 
 @speaks_moveit
 class RobotCommander:
-    """Structure and state of a robot; its groups, joints and links are also attributes.
-
-    Attributes:
-        group_kind: Class of the groups' commanders.
-    """
+    """Structure and state of a robot; its groups, joints and links are also attributes."""
 
     group_kind: type[MoveGroupCommander] = MoveGroupCommander
 
@@ -152,9 +141,6 @@ class RobotCommander:
         Args:
             args: Empty for the current state; a RobotState, or joint -> position [rad | m], optionally
                 followed by names of links; or the name of a group, optionally followed by joint -> position.
-
-        Raises:
-            MoveItCommanderException: If the arguments have another form.
         """
         values, group, chosen = (_first(args, kind) for kind in (dict, str, list))
         state = next((each for each in args if is_message(each, "joint_state")), None)

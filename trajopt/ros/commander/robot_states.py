@@ -19,12 +19,7 @@ from trajopt.values.arrays import Floats
 
 
 def within_bounds(message: object, robot: Robot) -> RobotState:
-    """Clip a state's joints to their limits; wrap continuous joints to [-pi, pi].
-
-    Raises:
-        FileFormatError: If the message is malformed.
-        JointNotFound: If a joint is unknown.
-    """
+    """Clip a state's joints to their limits; wrap continuous joints to [-pi, pi]."""
     named = checked_joint_positions(document_of(message, "robot state"), robot)
     index = robot.index(named)
     lower, upper = robot.limits.lower[index], robot.limits.upper[index]
@@ -55,15 +50,7 @@ def _moved(group: Group) -> tuple[str, ...]:
 
 
 def state_positions(state: object, world: World) -> Floats:
-    """Return positions of all joints in a state; missing joints keep their current positions.
-
-    Args:
-        state: A RobotState, joint -> position [rad | m], or None for the current state.
-
-    Raises:
-        FileFormatError: If the state is malformed.
-        JointNotFound: If a joint is unknown.
-    """
+    """Return positions of all joints in a state or by name, by default the current ones [rad | m]."""
     robot = world.robot
     now = world.named_positions
     if state is None:
@@ -74,15 +61,7 @@ def state_positions(state: object, world: World) -> Floats:
 
 
 def problem_of(request: MotionPlanRequest, scene: Scene, positions: Floats) -> Problem:
-    """Convert a motion plan request to a problem.
-
-    Args:
-        positions: Current joint positions, for joints missing in the start state [rad | m].
-
-    Raises:
-        FileFormatError: If the request is incomplete or malformed.
-        NameNotFound: If a joint, link, frame or object does not exist.
-    """
+    """Convert a motion plan request to a problem; missing joints have the current positions [rad | m]."""
     now = dict(zip(scene.robot.joint_names, positions.tolist(), strict=True))
     read = request_of(document_of(request, "motion plan request"), scene, now)
     return replace(read.problem(), name=request.group_name)

@@ -44,7 +44,7 @@ PACKAGES = {
 REASONS = {
     **dict.fromkeys(
         ("rospy.Subscriber", "rospy.wait_for_message"),
-        "there is nobody in a simulated world to receive messages from; ask the commanders",
+        "no messages arrive in a simulated world; query the commanders",
     ),
     **dict.fromkeys(
         ("rospy.Service", "rospy.ServiceProxy", "rospy.wait_for_service"),
@@ -57,7 +57,7 @@ REASONS = {
     "rospy.Timer": "scripts run in one thread here; call the function in a loop with rospy.Rate",
     **dict.fromkeys(
         ("tf.TransformListener", "tf.TransformBroadcaster"),
-        "frames are not broadcast here; RobotCommander.get_link(name).pose() says where a link is",
+        "frames are not broadcast here; RobotCommander.get_link(name).pose() returns the pose of a link",
     ),
 }
 """Reasons why a name has no stand-in, and its replacement."""
@@ -233,13 +233,7 @@ def run_script(
 
     Args:
         arguments: Its arguments, without its name.
-        world: World of its commanders.
         stdin: Its standard input; that of this process when None.
-
-    Raises:
-        FileFormatError: If the file does not exist.
-        MoveItCommanderException: If it requests something impossible or without a stand-in; the message
-            contains the script's line.
     """
     if not path.is_file():
         raise FileFormatError(str(path), "is not a file")
@@ -265,4 +259,4 @@ def _not_imported(error: ImportError) -> str:
     if isinstance(module, StandIn) and name is not None:
         return missing(module, name)
     told = str(error).removesuffix(" (unknown location)")
-    return f"{told}; stood in for are {', '.join(PACKAGES)}"
+    return f"{told}; stand-ins exist for {', '.join(PACKAGES)}"

@@ -44,15 +44,7 @@ class ServerBackend:
     """
 
     def __init__(self, url: str, robot: str, *, token: str) -> None:
-        """Open a session.
-
-        Args:
-            robot: Name of the robot; the server's first robot if empty.
-
-        Raises:
-            ServerError: If the server refuses, or cannot be reached.
-            FileFormatError: If the server's version differs, so that its robot cannot be read.
-        """
+        """Open a session."""
         self._client = Client(url, token=token, timeout=SILENCE)
         try:
             self._session = self._client.session(robot)
@@ -84,11 +76,7 @@ class ServerBackend:
         self.positions = positions
 
     def take(self, scene: Scene) -> None:
-        """Send the scene to the server.
-
-        Raises:
-            ModelError: If the scene has another robot, or links of another size.
-        """
+        """Send the scene to the server; the robot's links must be the server's."""
         if scene.robot is not self.robot:
             name = shown(self.robot.name)
             raise ModelError(f"the scene is of another robot than the server's {name}, which keeps its size")

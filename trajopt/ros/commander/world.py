@@ -59,11 +59,7 @@ class Backend(Protocol):
 
     @property
     def executor(self) -> Executor:
-        """Executor that drives the joints.
-
-        Raises:
-            MoveItCommanderException: If the executor belongs to another process.
-        """
+        """Executor that drives the joints; raises if it belongs to another process."""
         ...
 
     def stand(self, positions: Floats) -> None:
@@ -111,14 +107,7 @@ _CURRENT: ContextVar["World"] = ContextVar("world")
 
 @dataclass
 class ScriptNode:
-    """Parameters and shutdown hooks of a script.
-
-    Attributes:
-        name: Name that the script passes to `init_node`.
-        parameters: Values by name, without a leading slash.
-        hooks: Functions to call at the script's end, in order.
-        shut_down: Whether shutdown was requested.
-    """
+    """Parameters and shutdown hooks of a script."""
 
     name: str = "script"
     parameters: dict[str, object] = field(default_factory=dict[str, object])
@@ -136,12 +125,7 @@ class ScriptNode:
         return key in self.parameters or key in OF_THE_ROBOT
 
     def parameter(self, name: str) -> object:
-        """Return the value of a parameter.
-
-        Raises:
-            KeyError: If the name is unknown.
-            MoveItCommanderException: If it is the text of a robot file, which is not kept.
-        """
+        """Return the value of a parameter."""
         key = name.removeprefix("/")
         if key not in self.parameters and key in OF_THE_ROBOT:
             raise MoveItCommanderException(
@@ -196,7 +180,7 @@ class World:
                 combined with an executor, which has its own, or the server does not answer.
         """
         if executor is not None and start is not None:
-            raise ModelError("give a start or an executor: an executor knows where its robot stands")
+            raise ModelError("give a start or an executor: an executor has the positions of its robot")
         if url:
             self._backend = _served(url, token, robot, scene, executor)
         else:
@@ -246,11 +230,7 @@ class World:
 
     @property
     def executor(self) -> Executor:
-        """Executor of the robot.
-
-        Raises:
-            MoveItCommanderException: If a server moves the robot.
-        """
+        """Executor of the robot; raises if a server moves the robot."""
         return self._backend.executor
 
     @property
@@ -379,11 +359,7 @@ def current_world() -> World | None:
 
 
 def world_or_current(world: World | None) -> World:
-    """Return the given world, or else the one of the enclosing `with` block.
-
-    Raises:
-        MoveItCommanderException: If neither exists.
-    """
+    """Return the given world, or else the one of the enclosing `with` block."""
     found = world or current_world()
     if found is None:
         raise MoveItCommanderException(

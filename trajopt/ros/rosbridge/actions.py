@@ -31,11 +31,7 @@ CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
 
 @dataclass(frozen=True)
 class MoveItService:
-    """A service of MoveIt.
-
-    Attributes:
-        kind: Its type in ROS 1; its messages add the suffixes Request and Response.
-    """
+    """A service of MoveIt; its messages add the suffixes Request and Response to its type."""
 
     kind: str
     operation: str

@@ -32,11 +32,7 @@ class Connected(TopicClient, Provider, Protocol):
 
 
 class Bridge:
-    """Data shared by the clients of one robot.
-
-    Attributes:
-        largest: Largest size of a message [bytes].
-    """
+    """Data shared by the clients of one robot; `largest` limits a message [bytes]."""
 
     def __init__(self, cell: Cell, description: RobotDescription, options: RosbridgeOptions) -> None:
         self.cell, self.description, self.options = cell, description, options

@@ -20,11 +20,7 @@ PATIENCE = 10.0
 
 
 class Cell:
-    """A session of the service.
-
-    Attributes:
-        session: The session: its scene and the state of its robot.
-    """
+    """A session of the service: its scene and the state of its robot."""
 
     def __init__(self, service: Service, robot: str = "") -> None:
         """Open a persistent session of a robot, or resume the one from before a restart."""

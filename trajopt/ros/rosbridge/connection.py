@@ -27,7 +27,7 @@ ABORTED = 6
 LEVELS = ("error", "warning", "info", "none")
 NOT_HERE = {
     "png": "messages are not written as pictures here",
-    "auth": "there is nothing to log in to: the port is for this machine, or opened to whoever reaches it",
+    "auth": "there is nothing to log in to: the port is for this machine, or open to everyone who reaches it",
 }
 """Unsupported operations of the protocol, and the reasons."""
 

@@ -65,11 +65,7 @@ class RobotDescription(Value):
 
     @staticmethod
     def of(robot: Robot, srdf: Path | None = None, package_dirs: Sequence[Path] = ()) -> "RobotDescription":
-        """Read the files of a loaded robot; generate the SRDF if it has none.
-
-        Raises:
-            ModelError: If the robot was not loaded from a URDF.
-        """
+        """Read the files of a robot loaded from a URDF; generate the SRDF if it has none."""
         if robot.urdf_path.suffix not in (".urdf", ".xacro"):
             raise ModelError(f"robot {shown(robot.name)} has no URDF for clients of ROS")
         found = RobotDescription.read(robot.urdf_path, srdf, package_dirs)

@@ -88,7 +88,7 @@ class OfferedServices(Offers):
     def answered(self, provider: Provider, response: Incoming) -> None:
         call = self._calls.get(str(response.id))
         if call is None or call.provider is not provider:
-            raise Unusable("service_response: nobody asked for it")
+            raise Unusable("service_response: does not match a pending request")
         if call.done.done():
             return
         if response.result:

@@ -73,11 +73,7 @@ class RosApi:
         }
 
     def answer(self, name: str, arguments: object) -> Reply:
-        """Answer a call of `/rosapi/NAME`.
-
-        Args:
-            arguments: The arguments, plain data.
-        """
+        """Answer a call of `/rosapi/NAME` with plain data."""
         service = self.services.get(name)
         if service is None:
             raise Unusable(f"there is no service /rosapi/{name}; known: {', '.join(sorted(self.services))}")

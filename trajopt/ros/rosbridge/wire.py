@@ -106,11 +106,7 @@ def named(name: str | None, what: str) -> str:
 
 
 def pieces(text: bytes, size: int | None, name: str) -> Iterator[bytes]:
-    """Yield a message in pieces of a client's fragment size.
-
-    Args:
-        size: The largest piece [bytes]; None for any.
-    """
+    """Yield a message in pieces of a client's fragment size [bytes], or whole if None."""
     if size is None or size < 1 or len(text) <= size:
         yield text
         return

@@ -203,12 +203,9 @@ class HttpOptions(Value):
     """Address and access control of the server.
 
     Attributes:
-        host: Address to listen on.
         port: Port; 0 for any free one.
         token: Required as `Authorization: Bearer TOKEN`; may be empty only on a loopback address.
         names: Accepted host names, in addition to the host.
-        head: Time-out of a request's head after the connection [s].
-        transfer: Time-out of a request's body, and of taking an answer [s].
     """
 
     host: str = "127.0.0.1"

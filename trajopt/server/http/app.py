@@ -121,13 +121,7 @@ Body = dict[str, Any]
 
 
 class Face:
-    """The HTTP face of a service.
-
-    FastAPI routes and documents all requests; but operations of workers bypass its routing, which is slow.
-
-    Attributes:
-        app: FastAPI's application.
-    """
+    """The HTTP face of a service: FastAPI's routes, and faster ones for operations of workers."""
 
     def __init__(self, service: Service, options: HttpOptions, metrics: Metrics | None) -> None:
         self._service, self._options, self._metrics = service, options, metrics
@@ -145,17 +139,29 @@ class Face:
         self._add("/metrics", self._numbers, "GET", "Numbers for Prometheus.")
         self._add("/robots", self._robots, "GET", "The robots: joints, limits, groups, states, frames.")
         self._add("/sessions", self._create, "POST", "Begin a session: `{robot}`, the first one if left out.")
-        self._add("/sessions/{session}", self._read, "GET", "What is in the scene, where the robot is.")
-        self._add("/sessions/{session}/state", self._state, "GET", "Where the robot is; what changes.")
+        self._add(
+            "/sessions/{session}",
+            self._read,
+            "GET",
+            "Return the content of the scene, and the configuration of the robot.",
+        )
+        self._add(
+            "/sessions/{session}/state",
+            self._state,
+            "GET",
+            "Return the configuration of the robot, and changes.",
+        )
         self._add("/sessions/{session}", self._close, "DELETE", "End a session.")
-        self._add("/sessions/{session}/fork", self._fork, "POST", "Begin another with what this one holds.")
+        self._add(
+            "/sessions/{session}/fork", self._fork, "POST", "Create a session with the content of this one."
+        )
         self._add("/sessions/{session}/view", self._view, "POST", VIEW_WORDS, body=JSON)
         self._add("/sessions/{session}/stop", self._stop, "POST", "Stop the robot that is being driven.")
         self._add(
             "/sessions/{session}/requests/{request_name}",
             self._cancel,
             "DELETE",
-            "End a request that was sent with the header X-Request-Name; a plan answers with what it has.",
+            "End a request that was sent with the header X-Request-Name; a plan answers with its best motion.",
         )
         self._described = {name for name in service.operations if name != READ and "/" not in name}
         for name in sorted(self._described):

@@ -28,14 +28,7 @@ async def serve_http(
     ready: Callable[[int], None] | None = None,
     stop: asyncio.Event | None = None,
 ) -> None:
-    """Serve until cancelled or stopped.
-
-    Args:
-        ready: Called with the port once it listens.
-
-    Raises:
-        OSError: If it cannot listen there.
-    """
+    """Serve until cancelled or stopped; `ready` is called with the port once it listens."""
     family = socket.AF_INET6 if ":" in options.host else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

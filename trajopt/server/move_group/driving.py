@@ -52,11 +52,7 @@ class _Motion:
 
 
 class MotionDriver:
-    """Drives a robot along motions, one at a time.
-
-    Attributes:
-        executor: The driver of its joints.
-    """
+    """Drives a robot along motions, one at a time."""
 
     def __init__(
         self, robot: Robot, executor: Executor, positions: Floats, wait: Callable[[float], object]

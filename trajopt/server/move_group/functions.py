@@ -42,10 +42,8 @@ class Settings:
     """Settings of a script; the defaults are MoveIt's.
 
     Attributes:
-        joint_tolerance: Of a joint goal [rad | m].
         position_tolerance: Of a pose, along each of its axes [m]; inf frees an axis.
         orientation_tolerance: Of a pose, about each of its axes [rad].
-        planning_time: Time limit [s].
         acceleration_scaling: Factor in (0, 1] on the acceleration limits, as `velocity_scaling` on those of
             velocity.
         tool_speed: Largest speed of a link; None for no limit.
@@ -83,11 +81,7 @@ def one_or_three(tolerance: PerAxis) -> float | list[float]:
 
 
 def scaling(name: str, value: float) -> float:
-    """Return a factor on limits.
-
-    Raises:
-        MoveItCommanderException: If it is outside (0, 1].
-    """
+    """Return a factor on limits, in (0, 1]."""
     if not 0.0 < value <= 1.0:
         raise MoveItCommanderException(f"{name} must lie in (0, 1], is {value}")
     return float(value)
@@ -139,12 +133,7 @@ def followed_through(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> Followed:
-    """Follow straight lines from a link's present pose through poses, as far as possible.
-
-    Args:
-        poses: Of the link in the world.
-        constraints: Path constraints: the motion ends before one is violated.
-    """
+    """Follow straight lines from a link's present pose through poses in the world, as far as possible."""
     stops = [scene.placement_of(link, start)]
     for pose in poses:
         if np.abs(pose.homogeneous - stops[-1].homogeneous).max() > SAME:
@@ -186,11 +175,7 @@ def picked(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> PickPlaceResult:
-    """Plan to pick up an object and lift it; the grasps are in order of preference.
-
-    Args:
-        constraints: Path constraints while the object is in the hand.
-    """
+    """Plan to pick up an object, the best grasp first; constraints hold once it is in the hand."""
     return grasping.pick(
         scene,
         name,
@@ -217,11 +202,7 @@ def put_down(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> PickPlaceResult:
-    """Plan to place an object that is in the hand; the places are in order of preference.
-
-    Args:
-        constraints: Path constraints until the object is placed.
-    """
+    """Plan to place an object, the best place first; constraints hold while it is in the hand."""
     return grasping.place(
         scene,
         name,

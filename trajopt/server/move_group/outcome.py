@@ -62,11 +62,9 @@ class ExecutionOutcome:
     """Outcome of the last `go` or `execute`.
 
     Attributes:
-        error_code: MoveIt's number, and the reason in a sentence.
         joint_error: Largest joint error at the end of the trajectory [rad | m]; None if
             nothing was executed, or the motion is in progress.
         position_error: Position error of the end effector [m]; None if the group has none.
-        rotation_error: Its orientation error [rad].
         stopping_time: From `stop()` to rest [s]; None unless the motion was stopped.
     """
 
@@ -139,13 +137,7 @@ REACHED = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Execution:
-    """A trajectory that is executed.
-
-    Attributes:
-        reduced: The robot in its scene, the group's joints free.
-        trajectory: Joints in the group's order.
-        tip: The end effector's link; empty for none.
-    """
+    """A trajectory that is executed."""
 
     reduced: ReducedModel
     trajectory: Trajectory

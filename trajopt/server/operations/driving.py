@@ -130,7 +130,6 @@ class Driven(Value):
 
     Attributes:
         reason: The reason why it was not driven; empty if it was.
-        stop: The stop that ended the motion early, or None.
     """
 
     positions: Floats
@@ -150,7 +149,6 @@ def drive_along(
     """Drive the simulated robot along a trajectory; cancellation stops it by a proven stop.
 
     Args:
-        positions: Of all joints [rad | m].
         look: Called at the start and periodically, with the elapsed time [s].
         speed: Speed of simulated time: 1 for real time, 0 for as fast as possible.
     """

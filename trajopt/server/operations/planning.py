@@ -50,11 +50,7 @@ def answer_of(result: Result, notes: tuple[str, ...] = (), *, certificate: bool 
 
 
 def planned(problem: Problem, watch: Watch, how: Node) -> Result:
-    """Plan, and report the progress.
-
-    Args:
-        how: The members named by `PLANNING`, if present.
-    """
+    """Plan as the members named by `PLANNING` state, and report the progress."""
     seconds, improve = how["seconds"].number(0.0), how["improve"].flag()
     if seconds < 0.0 or (improve and not seconds):
         raise ProblemError("seconds must be positive, and improving takes as many as it is given")

@@ -50,7 +50,7 @@ def planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer
     state, notes = scene_of_message(state, arguments)
     if watch.driven:
         state = replace(state, positions=before.positions)
-        notes = (*notes, "the robot is being driven: where it stands by the message does not count")
+        notes = (*notes, "the robot is being driven: the positions of the message are ignored")
     return Answer({**_description(state), "notes": list(notes)}, state)
 
 
@@ -117,10 +117,6 @@ def edited(state: SessionState, edits: Node) -> SessionState:
     Args:
         edits: A list of mappings, each with the name of an edit and its arguments. An attached or detached
             object keeps its present place, unless `placement` or `at` is given.
-
-    Raises:
-        FileFormatError: If an edit is unknown, or its arguments are invalid.
-        ModelError: If an edit is impossible.
     """
     for node in edits.elements():
         keys = node.only((*SCENE_EDITS, STAND)).keys()
@@ -224,7 +220,7 @@ def _of_numpy(data: bytes) -> Any:
         read = layout.read_array_header_1_0 if version == (1, 0) else layout.read_array_header_2_0
         shape, fortran, kind = read(stream)
     except (ValueError, TypeError, SyntaxError, TokenError, RecursionError, MemoryError) as error:
-        raise RequestRefused(Why.MALFORMED, f"the cloud is no .npy file: {error}") from error
+        raise RequestRefused(Why.MALFORMED, f"the cloud is not an .npy file: {error}") from error
     if fortran or kind.str not in KINDS or len(shape) != 2 or shape[1] < COORDINATES:
         raise RequestRefused(
             Why.MALFORMED,
@@ -233,7 +229,7 @@ def _of_numpy(data: bytes) -> Any:
     begin = stream.tell()
     if shape[0] < 0 or shape[0] * shape[1] * kind.itemsize != len(data) - begin:
         raise RequestRefused(
-            Why.MALFORMED, f"the cloud says that it has shape {shape}, and has {len(data) - begin} bytes"
+            Why.MALFORMED, f"the cloud has shape {shape} in its header, but {len(data) - begin} bytes"
         )
     return np.frombuffer(data, kind, offset=begin).reshape(shape)
 

@@ -24,8 +24,8 @@ class EntryKind(Enum):
 
     ROBOT = "a robot"
     SCENE = "a robot among objects"
-    PROBLEM = "a problem that nobody planned yet"
-    PLAN = "what planning answered: a plan, or a failure"
+    PROBLEM = "a problem without a plan"
+    PLAN = "a result of planning: a plan, or a failure"
     STATE = "positions of a robot's joints"
     CONSTRAINTS = "requirements that motions keep to"
 
@@ -54,11 +54,7 @@ class StoredState(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class Constraints(Value):
-    """Named requirements, for the constraints or the goal of problems, as in MoveIt.
-
-    Attributes:
-        group: Their group; empty for any.
-    """
+    """Named requirements of a group, or of any, as in MoveIt: for constraints or goals."""
 
     robot: str
     requirements: tuple[Requirement, ...]
@@ -75,7 +71,6 @@ class Entry(Value):
     Attributes:
         version: 1 for the first value of that name, then 2, ...; numbers are not reused.
         made: Time of storage (UTC, ISO 8601).
-        goal: The goal in words; empty without one.
         fingerprint: Equal for equal content, in hexadecimal digits.
     """
 
@@ -130,12 +125,7 @@ Keepable: TypeAlias = Result | Plan | Problem | Scene | Robot | StoredState | Co
 
 @dataclass(frozen=True, kw_only=True)
 class Described:
-    """Description of an entry.
-
-    Attributes:
-        scene: Fingerprint of its scene, in hexadecimal digits; empty without one.
-        ends: Final or goal positions of the joints that it determines [rad | m].
-    """
+    """Description of an entry."""
 
     kind: EntryKind
     robot: str

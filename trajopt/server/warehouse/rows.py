@@ -35,13 +35,7 @@ _NEWEST = (
 
 @dataclass(frozen=True, kw_only=True)
 class Conditions:
-    """Conditions on entries; a missing one is ignored.
-
-    Attributes:
-        goal: Words of their goal; or joints with the final positions of their motion [rad | m].
-        scene: Name of a stored scene, any version of which they use.
-        newest: Whether only the last version of each name counts.
-    """
+    """Conditions on entries; a missing one is ignored."""
 
     kind: EntryKind | None = None
     name: str = ""
@@ -136,7 +130,7 @@ def the_one(
         raise EntryNotFound(what, name, _names(connection, kind))
     kinds = sorted({entry.kind.name.lower() for _, entry in found})
     if len(kinds) > 1:
-        raise ModelError(f"{shown(name)} is the name of a {' and a '.join(kinds)}: say which kind is meant")
+        raise ModelError(f"{shown(name)} is the name of a {' and a '.join(kinds)}; give the kind")
     if version is None:
         return max(found, key=lambda each: each[1].version)
     for number, entry in found:
@@ -298,7 +292,7 @@ class StoredMembers(Members):
         except (zlib.error, TypeError) as error:
             raise self.error(f"{name} is damaged: {error}") from error
         if len(data) != size or digest(data) != key:
-            raise self.error(f"{name} is damaged: it is not what was kept")
+            raise self.error(f"{name} is corrupted: its checksum does not match")
         return data
 
     def all(self) -> dict[str, bytes]:

@@ -50,6 +50,9 @@ class Warehouse:
 
     A completed call is durable, whatever happens to the process or machine; several processes
     and threads may use one file. `with Warehouse("cell.warehouse") as kept:` closes it.
+
+    A missing entry is an EntryNotFound, a damaged or unwritable file a FileFormatError, and an invalid or
+    ambiguous name a ModelError.
     """
 
     @checked
@@ -100,13 +103,8 @@ class Warehouse:
         """Store a value durably; the previous value of that name stays as an earlier version.
 
         Args:
-            name: Unique within its kind.
             what: A result of any status; a plan, problem, scene, robot, state, or constraints.
             explained: Whether to include the explanation of a failure, which takes up to some seconds.
-
-        Raises:
-            ModelError: If the value contains code of the caller, or a name or tag is invalid.
-            FileFormatError: If the file cannot be written.
         """
         about, members = described(what), members_of(what, explained=explained)
         return keep(self._database, name, about, members, tags=tags, note=note)
@@ -153,9 +151,6 @@ class Warehouse:
             scene: In the stored scene of this name, in any of its versions.
             text: With all these words in the description: names, objects, requirements, reasons, notes.
             solved: Whether planning found a motion; unplanned entries match neither value.
-
-        Raises:
-            EntryNotFound: If no scene of that name is stored.
         """
         conditions = Conditions(
             kind=kind, name=name, robot=robot, goal=goal, within=within, scene=scene, text=text,
@@ -166,29 +161,13 @@ class Warehouse:
 
     @checked
     def entry(self, name: str, *, kind: EntryKind | None = None, version: int | None = None) -> Entry:
-        """Return the description of an entry.
-
-        Args:
-            kind: May be None if the name is unambiguous.
-
-        Raises:
-            EntryNotFound: If there is none.
-            ModelError: If entries of several kinds have the name.
-        """
+        """Return the description of an entry; its kind may be None if the name is unambiguous."""
         with self._database.reading() as connection:
             return the_one(connection, name, kind, version)[1]
 
     @checked
     def load(self, entry: Entry, *, meshes: Path | str | None = None) -> Any:
-        """Return the value of an entry: for a problem or a plan the bundle.
-
-        Args:
-            meshes: A folder for the meshes that a viewer draws.
-
-        Raises:
-            EntryNotFound: If it no longer exists.
-            FileFormatError: If it is damaged.
-        """
+        """Return the value of an entry; for a problem or a plan the bundle, its meshes in a folder."""
         return kept_in(self._members(entry), entry.kind, meshes)
 
     @checked
@@ -222,12 +201,7 @@ class Warehouse:
 
     @checked
     def mark(self, entry: Entry, *, tags: Sequence[str] | None = None, note: str | None = None) -> Entry:
-        """Change the tags or the note of an entry; None leaves them.
-
-        Raises:
-            EntryNotFound: If it no longer exists.
-            ModelError: If a tag is invalid.
-        """
+        """Change the tags or the note of an entry; None leaves them."""
         words = None if tags is None else checked_tags(tags)
         with self._database.writing() as connection:
             number, _ = the_one(connection, entry.name, entry.kind, entry.version)
@@ -242,16 +216,7 @@ class Warehouse:
     def remove(
         self, name: str, *, kind: EntryKind | None = None, version: int | None = None
     ) -> tuple[Entry, ...]:
-        """Delete entries permanently; return them.
-
-        Args:
-            kind: May be None if the name is unambiguous.
-            version: The version to delete; all if None.
-
-        Raises:
-            EntryNotFound: If there is none.
-            ModelError: If entries of several kinds have the name.
-        """
+        """Delete entries permanently, all versions by default; return them."""
         with self._database.writing() as connection:
             number, last = the_one(connection, name, kind, version)
             gone = [(number, last)]
@@ -263,13 +228,7 @@ class Warehouse:
 
     @checked
     def export(self, entry: Entry, path: Path | str) -> None:
-        """Write a problem or a plan as a bundle's file, for all commands.
-
-        Raises:
-            ModelError: If it is neither; `copy_to` accepts every kind.
-            EntryNotFound: If it no longer exists.
-            FileFormatError: If the file cannot be written.
-        """
+        """Write a problem or a plan as a bundle's file, for all commands."""
         if entry.kind not in BUNDLED:
             raise ModelError(
                 f"{shown(entry.name)} is {entry.kind.value}, and bundles are of problems and plans: "
@@ -283,10 +242,6 @@ class Warehouse:
 
         Entries with the same name, date and content are not copied again; others of the same name become
         further versions.
-
-        Raises:
-            EntryNotFound: If one no longer exists.
-            FileFormatError: If one is damaged, or the other file cannot be written.
         """
         chosen = self.find() if entries is None else several("entries", entries, Entry)
         copied = list[Entry]()
@@ -310,10 +265,6 @@ class Warehouse:
 
         Args:
             most: Largest number of memories; beyond it the longest without a success is deleted.
-            learning: Whether it changes; without, equal calls have equal answers.
-
-        Raises:
-            ProblemError: If the number is not positive.
         """
         return Experience(StoredMemories(self._database), most, learning)
 

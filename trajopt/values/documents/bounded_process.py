@@ -56,7 +56,7 @@ def answer_of(
     if -done.returncode in (getattr(signal, "SIGXCPU", None), getattr(signal, "SIGKILL", None)):
         raise ProcessRefused(f"reading it takes more than {seconds} s of CPU time, or too much memory")
     if done.returncode < 0:
-        raise ProcessRefused(f"it crashes what reads it ({signal.Signals(-done.returncode).name})")
+        raise ProcessRefused(f"it crashes its reader ({signal.Signals(-done.returncode).name})")
     said = done.stderr.decode(errors="replace").strip().splitlines()
     if (said and said[-1].startswith("MemoryError")) or b"bad_alloc" in done.stderr:
         raise ProcessRefused(f"reading it takes more than {memory / 2**30:g} GB of memory")

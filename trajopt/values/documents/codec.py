@@ -38,11 +38,7 @@ Form = Callable[[Node], object]
 
 
 def kinds_in(places: Mapping[str, str]) -> Kinds:
-    """Return classes by name; a name stays when its class moves.
-
-    Args:
-        places: The names of classes, separated by blanks, by their module.
-    """
+    """Return classes by name from their names, separated by blanks, by module."""
     return {name: getattr(import_module(at), name) for at, names in places.items() for name in names.split()}
 
 
@@ -53,11 +49,7 @@ class Writer:
         self._kinds = kinds
 
     def document(self, value: object, place: str) -> object:
-        """Return a value as a document.
-
-        Raises:
-            ModelError: If it holds an object that is not data, such as a function of the caller's.
-        """
+        """Return a value as a document; raise a ModelError for an object that is not data."""
         match value:
             case Enum():
                 return {"kind": self._name(value, place), "is": value.name}

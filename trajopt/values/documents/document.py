@@ -79,16 +79,12 @@ class Node:
             return default
         if not isinstance(self.value, str):
             bare = isinstance(self.value, bool | int | float | date) and not self.path.endswith(".json")
-            hint = " (YAML reads it so unless it stands in quotes)" if bare else ""
+            hint = " (YAML reads it so unless it is quoted)" if bare else ""
             raise self.error(f"must be text, is {_say(self.value)}{hint}")
         return self.value
 
     def number(self, default: float | None = None, *, infinite: bool = False) -> float:
-        """Return a number; the default, if there is one, if it is missing.
-
-        Args:
-            infinite: Whether infinities are allowed (NaN never is).
-        """
+        """Return a number, perhaps an infinite one; the default, if there is one, if it is missing."""
         value = default if self.value is None else self.value
         result = number_of(value)
         if result is None:
@@ -119,11 +115,7 @@ class Node:
 
 
 def read_document(path: Path | str) -> Node:
-    """Parse a file: JSON if its suffix is .json, YAML otherwise.
-
-    Raises:
-        FileFormatError: If it is missing, cannot be parsed, or does not contain exactly one mapping.
-    """
+    """Parse the one mapping of a file: JSON if its suffix is .json, YAML otherwise."""
     return parse_document(read_text(path), path)
 
 
@@ -162,11 +154,7 @@ def _say(value: object) -> str:
 
 
 def write_json(path: Path | str, document: Mapping[str, object], *, indent: int | None = 1) -> None:
-    """Write a document as JSON atomically; numbers are written exactly.
-
-    Args:
-        indent: Spaces for each level; None for one line.
-    """
+    """Write a document as JSON atomically, exactly; None indents nothing."""
     _check(document, str(path), "")
     write_text(path, json.dumps(document, indent=indent, allow_nan=False) + "\n")
 

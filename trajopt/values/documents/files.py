@@ -54,21 +54,12 @@ def read_text(path: Path | str) -> str:
 
 
 def read_json(path: Path | str) -> object:
-    """Parse a JSON file.
-
-    Raises:
-        FileFormatError: If it cannot be read or parsed, or a mapping has a key twice.
-    """
+    """Parse a JSON file."""
     return parse_json(read_text(path), path)
 
 
 def parse_json(text: str, path: Path | str) -> object:
-    """Parse JSON text.
-
-    Raises:
-        FileFormatError: If it cannot be parsed, is nested too deeply, has a key twice in a mapping, or has
-            text that cannot be encoded.
-    """
+    """Parse JSON text of a file, or of a source with a name for messages."""
     refuse_deep_nesting(path, text)
 
     def mapping(pairs: list[tuple[str, object]]) -> dict[str, object]:

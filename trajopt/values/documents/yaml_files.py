@@ -26,12 +26,7 @@ _MALFORMED = (ValueError, ArithmeticError, LookupError, AttributeError, TypeErro
 
 
 def read_yaml(path: Path | str) -> list[object]:
-    """Parse the non-empty documents of a YAML file.
-
-    Raises:
-        FileFormatError: If it cannot be read or parsed, has a key twice in a mapping, or its aliases expand
-            to more than `MOST_ALIASED` values.
-    """
+    """Parse the non-empty documents of a YAML file."""
     return parse_yaml(read_text(path), path)
 
 

@@ -69,11 +69,7 @@ class UnknownArgument(ProblemError, TypeError):
     """A function has no argument of that name; the message suggests one, or lists all."""
 
     def __init__(self, called: str, name: str, known: Sequence[str], option: str = "") -> None:
-        """Find the most likely argument.
-
-        Args:
-            option: The expression that gives an option of this name, as in "budget=Budget(attempts=...)".
-        """
+        """Find the most likely argument; `option` shows how an option of this name is given."""
         self.name, self.known = name, tuple(known)
         usual = [other for other in OTHER_ARGUMENTS.get(name, ()) if other in known]
         near = usual or ([option] if option else get_close_matches(name, known, n=1))
@@ -376,11 +372,7 @@ def end_of(path: str) -> str:
 
 
 def unknown_attribute(owner: object, name: str, other_names: Mapping[str, str]) -> AttributeError:
-    """Return the error of an unknown attribute, with the name to use if it is known.
-
-    Args:
-        other_names: Name in another library -> the expression to use here.
-    """
+    """Return the error of an unknown attribute, with the expression for a name of another library."""
     words = f"{type(owner).__name__!r} object has no attribute {name!r}"
     hint = other_names.get(name)
     return AttributeError(f"{words}: use {hint}" if hint else words, name=name, obj=owner)

@@ -189,11 +189,7 @@ NAMED = "points"
 
 
 def read_points(path: Path | str) -> Floats:
-    """Return the finite points of a file, shape (n, 3) [m].
-
-    Raises:
-        FileFormatError: If the file is missing, malformed, of another format, or has no finite point.
-    """
+    """Return the finite points of a file, shape (n, 3) [m]."""
     path = path_of("path", path)
     read = _READERS.get(path.suffix.lower())
     if read is None:

@@ -101,7 +101,7 @@ def _points_of(name: str, value: ArrayLike) -> Floats:
     if points.ndim != 2 or points.shape[1] != 3:
         raise ShapeError(name, f"needs shape (any, 3), has {points.shape}")
     if not len(points):
-        raise ShapeError(name, "holds no point: where nothing was seen, leave the object out")
+        raise ShapeError(name, "is empty: omit the object if nothing was measured")
     if not np.isfinite(points).all():
         finite = np.isfinite(points).all(axis=1)
         first, many = int(np.argmin(finite)), int((~finite).sum())
@@ -114,7 +114,7 @@ def _points_of(name: str, value: ArrayLike) -> Floats:
         raise SizeError(
             name,
             f"are spread over {wide:g} m, and {LARGEST_SIZE:g} m are the most: were millimetres meant? "
-            "Crop what is far away",
+            "Crop the farthest points",
         )
     return readonly(points)
 
@@ -124,11 +124,7 @@ ROUNDED_UP = 1.0 + 1e-12
 
 
 def one_in_each_cell(points: Floats, cell: float) -> tuple[Floats, float]:
-    """Replace the points (n, 3) [m] in each cube of a grid by the centre of their bounding box, (m, 3).
-
-    Returns:
-        Also the largest distance of a point from its centre [m].
-    """
+    """Replace the points in each cube by the centre of their box; also return the largest shift [m]."""
     order, begins = _by_cell(points, cell)
     sorted_points = points[order]
     lower = np.minimum.reduceat(sorted_points, begins, axis=0)
@@ -226,11 +222,11 @@ def _keys_of(name: str, value: ArrayLike, size: float) -> Ints:
     if numbers.ndim != 2 or numbers.shape[1] != 3:
         raise ShapeError(name, f"needs shape (any, 3), has {numbers.shape}")
     if not len(numbers):
-        raise ShapeError(name, "holds no cell: where nothing is occupied, leave the object out")
+        raise ShapeError(name, "is empty: omit the object if no cell is occupied")
     whole = (np.abs(numbers) < 2.0**52).all(axis=1) & (numbers == np.floor(numbers)).all(axis=1)
     if not whole.all():
         first = int(np.argmin(whole))
-        raise ShapeError(name, f"is no whole number at [{first}]: {numbers[first].tolist()}")
+        raise ShapeError(name, f"is not a whole number at [{first}]: {numbers[first].tolist()}")
     wide = float(np.ptp(numbers, axis=0).max() + 1.0) * size
     if wide > LARGEST_SIZE:
         raise SizeError(name, f"reach over {wide:g} m, and {LARGEST_SIZE:g} m are the most")
@@ -244,11 +240,7 @@ MOST_SHOWN = 20_000
 
 
 def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Floats, Ints]:
-    """Return triangles that show a cloud: an octahedron for each ball, and the outer faces of cubes.
-
-    Returns:
-        Vertices, shape (v, 3) [m], and faces, counter-clockwise seen from outside, shape (f, 3).
-    """
+    """Return triangles that show a cloud, outward: an octahedron for each ball, outer faces of cubes."""
     shown = fewer(cloud, most)
     if isinstance(shown, Voxels):
         return _cubes(shown)

@@ -53,11 +53,7 @@ class Cylinder(Value):
 
 @dataclass(frozen=True)
 class Capsule(Value):
-    """Cylinder with a half sphere at each end, about its centre, axis along z.
-
-    Attributes:
-        length: Length of the cylindrical part along z, without the caps [m].
-    """
+    """Cylinder with a half sphere at each end, axis along z; `length` is without the caps [m]."""
 
     radius: float
     length: float

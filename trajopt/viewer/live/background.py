@@ -38,21 +38,13 @@ class PlanningOutcome(Value):
 
 
 class Planning:
-    """A problem being planned, started on construction.
-
-    Attributes:
-        planned: Its outcome; None until then.
-    """
+    """A problem being planned, started on construction; `planned` is None until the end."""
 
     def __init__(self, subject: Problem | Result, listener: Callable[["Planning"], None]) -> None:
-        """Start.
-
-        Args:
-            listener: Called in the planning thread on each progress.
-        """
+        """Start; the listener is called in the planning thread on each progress."""
         self._subject, self._listener = subject, listener
         self._cancel, self._attempt = threading.Event(), 0
-        self._stage = "beginning" if isinstance(subject, Problem) else "trying what a change would do"
+        self._stage = "beginning" if isinstance(subject, Problem) else "trying changes"
         self._best: float | None = None
         self.planned: PlanningOutcome | None = None
         self._thread = threading.Thread(target=self._work, name="trajopt live planning", daemon=True)
@@ -94,7 +86,7 @@ class Planning:
             return PlanningOutcome(None, None, str(error))
         if self._cancel.is_set():
             return PlanningOutcome(result, None)
-        self._say("asking what it costs" if result.verified else "asking what stands in the way")
+        self._say("computing prices" if result.verified else "finding the obstacle")
         return PlanningOutcome(result, explain(result))
 
     def _explain(self, result: Result) -> PlanningOutcome:

@@ -174,11 +174,7 @@ Change = Callable[[Callable[[], None]], None]
 
 
 class ObjectsPanel:
-    """Controls of the objects.
-
-    Attributes:
-        chosen: Name of the chosen object; empty for none.
-    """
+    """Controls of the objects; the name of the chosen one is empty for none."""
 
     def __init__(
         self,
@@ -209,10 +205,10 @@ class ObjectsPanel:
             self._grasp = Lever(
                 server, "Attach to the hand", "It moves along with the hand.", self._press_grasp
             )
-            self._put = Lever(server, "Put down here", "It stays where the hand has it.", self._press_put)
+            self._put = Lever(server, "Put down here", "It stays in its present place.", self._press_put)
             self._remove = Lever(server, "Remove", "Take it away.", self._press_remove, colour="red")
         self._save = Lever(
-            server, "Save the scene ...", "What is around the robot, as MoveIt's PlanningScene.",
+            server, "Save the scene ...", "The objects around the robot, as MoveIt's PlanningScene.",
             self._press_save, colour="gray",
         )  # fmt: skip
         self._load: GuiUploadButtonHandle = gui.add_upload_button(

@@ -49,8 +49,8 @@ WORDS = {
     "links": ("robot as it looks", "The robot's visual shapes."),
     "collision": ("collision shapes", "The shapes that count when clearances are measured."),
     "trail": ("trail of the hand", "The line that the hand draws along the planned motion."),
-    "nearest": ("nearest pairs", "What is nearest to what, with the distance."),
-    "reach": ("reach of the hand", "Where the hand gets to without a collision; takes a moment."),
+    "nearest": ("nearest pairs", "The nearest pairs, with their distances."),
+    "reach": ("reach of the hand", "The collision-free reach of the hand; takes a moment."),
 }
 """A label and a hint for each."""
 
@@ -318,7 +318,7 @@ class LiveView(Served):
     def _find_reach(self) -> None:
         self._picture.show_reach(None)
         asked = self._shown.shown.reach
-        self._shown.say("Looking where the hand gets to ..." if asked else "")
+        self._shown.say("Sampling the reach of the hand ..." if asked else "")
         if asked and self._reaching is None:
             self._reaching = Reaching(self._bench.reduced, self._bench.hand, self._reached)
 
@@ -345,7 +345,7 @@ class LiveView(Served):
         self._picture.show_goal()
         self._goal.show()
         there = self._bench.at_goal
-        title = "The goal is where the robot is" if there else f"The goal is {goal.reachability.value}"
+        title = "The goal is the present configuration" if there else f"The goal is {goal.reachability.value}"
         self._goal_text.content = block_html(title, [goal.words], COLOURS[goal.reachability])
         self._motion.show()
         self._drive.show(planned=self._motion.motion is not None)

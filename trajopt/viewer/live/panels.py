@@ -88,11 +88,7 @@ Colour = Literal["blue", "green", "red", "gray"]
 
 
 class Lever:
-    """A button.
-
-    Attributes:
-        refusal: The reason why it is disabled; empty if enabled.
-    """
+    """A button; the reason why it is disabled is empty if it is enabled."""
 
     def __init__(
         self,
@@ -153,9 +149,7 @@ class GoalPanel:
             hint="Off: only the position of the hand counts, it may be turned as it likes.",
         )
         self._turned.on_update(self._turn)
-        self.reset = Lever(
-            server, "Goal to where the robot is", "Take the goal back.", self._reset, colour="gray"
-        )
+        self.reset = Lever(server, "Goal at the robot", "Take the goal back.", self._reset, colour="gray")
         self._scales = tuple(_scale(bench, joint) for joint in bench.reduced.joint_names)
         with gui.add_folder("Joints of the goal"):
             self._joints = [self._slider(place) for place in range(len(self._scales))]
@@ -217,9 +211,7 @@ def _scale(bench: Workbench, joint: str) -> tuple[float, str]:
     return (180.0 / np.pi, DEGREES) if turns else (1000.0, MILLIMETRES)
 
 
-WELCOME = (
-    "Drag the arrows and rings at the hand: the coloured robot shows how it would stand. Then press Plan."
-)
+WELCOME = "Drag the arrows and rings at the hand: the coloured robot shows the goal. Then press Plan."
 READY = "Press Plan to find a motion there."
 FILE = "plan.trajopt"
 
@@ -249,7 +241,9 @@ class MotionPanel:
         self._ending: list[Planning] = []
         self.planned: PlanningOutcome | None = None
         self.motion: Trajectory | None = None
-        self._plan = Lever(server, "Plan", "Find a motion from where the robot is to its goal.", self._press)
+        self._plan = Lever(
+            server, "Plan", "Find a motion from the robot's configuration to its goal.", self._press
+        )
         self._cancel = Lever(
             server,
             "Cancel planning",
@@ -431,9 +425,9 @@ class Driving:
         if touched:
             return f"Something was touched: {'; '.join(touched)}."
         if stopped:
-            return f"Stopped after {arm.now():.1f} s; the robot stands."
+            return f"Stopped after {arm.now():.1f} s; the robot is at rest."
         if supervisor.busy:
-            return "The way is blocked, and no way around was found: the robot stands."
+            return "The way is blocked, and no way around was found: the robot is at rest."
         return f"The goal was reached after {arm.now():.1f} s, and nothing was touched."
 
     def _cycle(self, arm: SimulatedExecutor, supervisor: Supervisor, begin: float) -> None:

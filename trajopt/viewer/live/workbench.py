@@ -245,9 +245,9 @@ def _said(reduced: ReducedModel, found: Validity) -> tuple[Reachability, str]:
         return Reachability.COLLIDING, f"In collision: {_listed([each.words for each in collisions])}."
     nearest = telling_pairs(ClearanceQuery(reduced, UNCHANGING), found.positions, 1)
     if not nearest:
-        return Reachability.REACHABLE, "The robot can stand there; nothing can touch it."
+        return Reachability.REACHABLE, "The robot can be there; nothing can touch it."
     near = f"{nearest[0].owners[0]} is {in_length(nearest[0].distance)} from {nearest[0].owners[1]}"
-    return Reachability.REACHABLE, f"The robot can stand there. Nearest: {near}."
+    return Reachability.REACHABLE, f"The robot can be there. Nearest: {near}."
 
 
 def _listed(reasons: list[str]) -> str:

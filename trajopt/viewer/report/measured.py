@@ -38,11 +38,7 @@ BESIDE = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Line(Value):
-    """One curve.
-
-    Attributes:
-        values: Shape (S,), NaN for gaps.
-    """
+    """One curve, shape (S,), NaN for gaps."""
 
     name: str
     values: Floats

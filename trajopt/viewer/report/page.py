@@ -183,11 +183,7 @@ class Still(Value):
 
 @dataclass(frozen=True, eq=False)
 class Scenery(Value):
-    """The shown scene.
-
-    Attributes:
-        timed: Whether its time is a motion's, not a walk along a path.
-    """
+    """The shown scene, with the time of a motion or of a walk along a path."""
 
     motion: Trajectory | None
     words: str
@@ -207,7 +203,7 @@ def scenery(subject: Subject) -> Scenery:
         words = "The path that came nearest. It has no timing: the clock shows how far along it is."
         return Scenery(walk, words, False, ghosts)
     beside = {
-        "blocked": "red where it is not free",
+        "blocked": "red if it is not free",
         "free": "blue the nearest that is free",
         "goal": "green the goal",
     }
@@ -372,7 +368,7 @@ def _verdict(subject: Subject) -> str:
     if certificate is not None and subject.status in ("", "SOLVED"):
         return f'<b class="bad">✗ Not proven.</b> {escape(certificate.verdict)}.'
     if not subject.status:
-        return "Nobody has planned it yet."
+        return "It is not planned yet."
     reason = subject.answer["message"].text("").removeprefix(f"{subject.status}: ")
     words = sections.in_words(subject.status)
     known = sections.certain(subject)

@@ -324,11 +324,7 @@ def plot(chart: Chart) -> str:
 
 
 def strips(bindings: Sequence[Binding], end: float) -> str:
-    """Return when each limit binds, a strip each, in SVG.
-
-    Args:
-        end: When the motion ends [s].
-    """
+    """Return when each limit binds until the end [s], a strip each, in SVG."""
     height = TOP + STRIP * len(bindings) + BOTTOM
     left, right = NAMES, WIDTH - RIGHT
 

@@ -26,12 +26,7 @@ class PlanRequestParameters(InPart):
     """Parameters of a planning request; the defaults are MoveIt's.
 
     Attributes:
-        planner_id: The planner; trajopt's own planner replaces OMPL's.
-        planning_pipeline: The pipeline; trajopt's own replaces any other.
         planning_attempts: Number of attempts; the motion of least duration is kept.
-        planning_time: Time limit [s].
-        max_velocity_scaling_factor: Factor in (0, 1] on the velocity limits.
-        max_acceleration_scaling_factor: Factor in (0, 1] on the acceleration limits.
     """
 
     planner_id: str = ""
@@ -61,12 +56,7 @@ class MultiPipelinePlanRequestParameters(InPart):
 
 @dataclass(frozen=True, eq=False)
 class MotionPlanResponse(InPart):
-    """Result of planning; true if a motion was found.
-
-    Attributes:
-        trajectory: The motion; without points after a failure.
-        planning_time: Process time of planning [s].
-    """
+    """Result of planning; true if a motion was found."""
 
     trajectory: RobotTrajectory
     planning_time: float
@@ -80,11 +70,7 @@ class MotionPlanResponse(InPart):
 
 @dataclass(frozen=True)
 class ExecutionStatus(InPart):
-    """Status of an execution; true if the robot arrived, or started.
-
-    Attributes:
-        status: "SUCCEEDED" or "ABORTED".
-    """
+    """Status of an execution, "SUCCEEDED" or "ABORTED"; true if the robot arrived, or started."""
 
     status: str
 
@@ -93,11 +79,7 @@ class ExecutionStatus(InPart):
 
 
 class _Group(UnchangedMoveGroup):
-    """A group whose goal may consist of constraints messages.
-
-    Attributes:
-        goals: Alternative constraints, any one of which is the goal; empty for other kinds of goal.
-    """
+    """A group whose goal may be any one of several constraints messages."""
 
     goals: Sequence[Constraints] = ()
 
@@ -137,11 +119,7 @@ class PlanningComponent(InPart):
         return True
 
     def set_start_state(self, configuration_name: str | None = None, robot_state: Any = None) -> bool:
-        """Plan from a named state or a RobotState.
-
-        Raises:
-            MoveItCommanderException: If not exactly one of them is given, or the name is unknown.
-        """
+        """Plan from either a named state or a RobotState."""
         _one_of(configuration_name=configuration_name, robot_state=robot_state)
         start = self._moveit.current_state() if robot_state is None else of_robot(robot_state).__copy__()
         if configuration_name is not None:
@@ -162,11 +140,7 @@ class PlanningComponent(InPart):
         pose_link: str | None = None,
         motion_plan_constraints: Sequence[Constraints] | None = None,
     ) -> bool:
-        """Plan to a named state, a RobotState, a pose of a link, or any one of several constraints.
-
-        Raises:
-            MoveItCommanderException: If not exactly one of them is given, or a name is unknown.
-        """
+        """Plan to one of a named state, a RobotState, a pose of a link, or alternative constraints."""
         _one_of(
             configuration_name=configuration_name,
             robot_state=robot_state,
@@ -316,11 +290,7 @@ class MoveItPy(InPart):
         Args:
             given: The motion; in some versions of MoveIt the name of the group precedes it.
             group_name: Ignored; the motion contains its group.
-            blocking: Whether to return after the motion, or after its start.
             controllers: As in MoveIt; ignored.
-
-        Raises:
-            MoveItCommanderException: If the arguments contain no motion.
         """
         motions = [each for each in (*given, robot_trajectory) if isinstance(each, RobotTrajectory)]
         if len(motions) != 1:

@@ -103,12 +103,7 @@ def search_param(param_name: str) -> str | None:
 
 
 def get_param(param_name: str, *default: object) -> object:
-    """Return the value of a parameter, or the default if it is not set.
-
-    Raises:
-        KeyError: If it is not set and no default is given.
-        MoveItCommanderException: If it is the text of a robot file, which is not kept.
-    """
+    """Return the value of a parameter, or the default if it is not set."""
     node = world_or_current(None).node
     return default[0] if default and not node.has(param_name) else node.parameter(param_name)
 
@@ -171,14 +166,7 @@ class Publisher:
         """Do nothing; there is no ROS master."""
 
     def publish(self, *args: Any, **fields: Any) -> None:
-        """Log a message, or apply it to the scene.
-
-        Args:
-            args: The message, or its fields in order.
-
-        Raises:
-            MoveItCommanderException: If the message has another type, or cannot be applied.
-        """
+        """Log a message, or apply it to the scene."""
         whole = len(args) == 1 and not fields and _is_message(args[0], self.data_class)
         alone = args[0] if whole else None
         kind = self.data_class.__name__

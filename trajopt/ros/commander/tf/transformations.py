@@ -19,11 +19,7 @@ def _order(axes: str) -> Any:
 
 
 def quaternion_from_euler(ai: float, aj: float, ak: float, axes: str = AXES) -> Floats:
-    """Return the quaternion (x, y, z, w) of Euler angles [rad].
-
-    Args:
-        axes: Axis sequence, prefixed by s for a static or r for a rotating frame.
-    """
+    """Return the quaternion (x, y, z, w) of angles [rad]; "s" for static axes, "r" for rotating ones."""
     return Rotation.from_euler(_order(axes), (ai, aj, ak)).as_quat()
 
 

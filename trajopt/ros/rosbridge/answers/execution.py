@@ -43,7 +43,7 @@ class Tolerances:
             ):
                 off = abs(wanted[place] - found[place]) if wanted else 0.0
                 if 0.0 < most < off:
-                    return f"{each.name}: its {what} is off by {off:.3g}, and may be by {most:.3g}"
+                    return f"{each.name}: its {what} is off by {off:.3g}, more than {most:.3g}"
         return ""
 
 

@@ -32,9 +32,6 @@ def construct_link_constraint(
         cartesian_position_tolerance: Radius of the sphere around the position [m].
         orientation: x, y, z, w.
         orientation_tolerance: About each axis [rad].
-
-    Raises:
-        MoveItCommanderException: If both position and orientation are missing, or one has no tolerance.
     """
     if cartesian_position is None and orientation is None:
         raise MoveItCommanderException("construct_link_constraint: give a position, an orientation or both")

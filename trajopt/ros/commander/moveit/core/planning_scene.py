@@ -23,11 +23,7 @@ ALL = 0xFFFF
 
 @speaks_moveit
 class PlanningScene(InPart):
-    """The scene of a world, read-only or writable.
-
-    Attributes:
-        current_state: A copy of the robot's positions when the scene was entered.
-    """
+    """The scene of a world, read-only or writable, with a copy of the robot's positions at entry."""
 
     def __init__(self, robot_model: RobotModel, world: World, *, writable: bool) -> None:
         self.name, self.robot_model, self.current_state = "", robot_model, RobotState(robot_model)
@@ -75,7 +71,6 @@ class PlanningScene(InPart):
         """Return whether the robot collides with itself or with an object.
 
         Args:
-            robot_state: The state; the current state if omitted.
             joint_model_group_name: The group whose links are checked; all groups if empty.
             verbose: Whether to log the colliding pairs.
         """

@@ -19,11 +19,7 @@ class InPart:
     """A partial stand-in for a class of moveit_py; its other members raise."""
 
     def __getattr__(self, name: str) -> object:
-        """Refuse a member without a stand-in.
-
-        Raises:
-            NoStandIn: Always, except for special names of Python.
-        """
+        """Refuse a member without a stand-in, except special names of Python."""
         if name.startswith("_"):
             raise AttributeError(name)
         there = sorted(each for each in dir(type(self)) if not each.startswith("_"))

@@ -29,11 +29,7 @@ DRAWS = 100
 
 @speaks_moveit
 class RobotState(InPart):
-    """Positions of all joints.
-
-    Attributes:
-        positions: Of all joints, shape (number of joints,) [rad | m].
-    """
+    """Positions of all joints, shape (number of joints,) [rad | m]."""
 
     def __init__(self, robot_model: RobotModel) -> None:
         """Set each joint to 0, or to the middle of its limits if they exclude 0."""
