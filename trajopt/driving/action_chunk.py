@@ -24,12 +24,7 @@ REACHED = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class ActionChunk(Value):
-    """The next joint targets of a policy.
-
-    Attributes:
-        targets: Of the group's joints, shape (K, n) [rad | m].
-        times: On the executor's clock, shape (K,) [s].
-    """
+    """The next joint targets (K, n) of a policy [rad | m], at times (K,) of the executor's clock [s]."""
 
     targets: Floats
     times: Floats
@@ -94,7 +89,6 @@ def along_actions(
     regularisation, with q = q_0 + t v_0 + t^2 a_0 / 2 + B j.
 
     Args:
-        time: Of that state, on the executor's clock [s].
         chunk: The actions, all later.
         deviation: Deviation from an action that weighs as much as a jerk J [rad | m].
         limits: With the jerk of each joint limited.
@@ -133,19 +127,13 @@ def before_stop(times: Floats, states: Floats, end: float, last: Floats, limits:
 def joints_of(
     poses: Sequence[Placement], frame: str, begin: Floats, query: Evaluator, limits: JointLimits
 ) -> tuple[Floats, str]:
-    """Return joint positions that bring a tool to poses, each near those of the pose before.
+    """Return joint positions (K, n) of poses up to the first that is not reached, and the reason for it.
 
     Damped Gauss-Newton steps within the position limits. Source: Buss, Introduction to Inverse Kinematics
     with Jacobian Transpose, Pseudoinverse and Damped Least Squares methods, 2004, equation 11.
 
     Args:
-        poses: Of the tool in the world.
         begin: Positions of the query's joints before, the group's n first.
-        query: Of the robot and its surroundings.
-
-    Returns:
-        Positions of the poses before the first that is not reached, shape (K, n); and the reason for that
-        one.
     """
     joints = len(limits.joint_names)
     found, here, surroundings = list[Floats](), begin[:joints], begin[joints:]

@@ -36,12 +36,7 @@ STOP_ATTEMPTS = 3
 
 @dataclass(frozen=True, eq=False)
 class CommittedStop(Value):
-    """A stop to which a robot is bound.
-
-    Attributes:
-        begin: When it begins, on the executor's clock [s].
-        on_path: The earliest stop on the path, if that was taken; else None.
-    """
+    """A stop to which a robot is bound."""
 
     taken: StopTaken
     begin: float
@@ -256,22 +251,12 @@ class CommitLoop(Printed, ABC):
         Args:
             scene: Its clock shows 0 at the time of the stamp.
             stamp: On the executor's clock [s]; now when None.
-
-        Raises:
-            ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`.
-            ProblemError: If the scene belongs to another robot.
         """
         self._commitment.report_world(scene, self._on_clock(stamp))
 
     @checked
     def see_cloud(self, name: str, cloud: Points | Voxels | None, stamp: float | None = None) -> bool:
         """Replace the cloud of a camera, unless a newer one has arrived; all else stays as reported.
-
-        Args:
-            stamp: Time of the measurement, on the executor's clock [s]; now when None.
-
-        Returns:
-            Whether it is newer than the last one.
 
         Raises:
             ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; later

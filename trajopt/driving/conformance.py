@@ -56,7 +56,6 @@ def conformance(
     robot at rest without a fault. The delay of the fast motion gives the tracking error at full speed.
 
     Args:
-        wait: Waits for a time [s]: `time.sleep`, or `advance` of a simulated one.
         step: Step of each joint [rad | m].
         speed: Highest speed at which joints will be driven [rad/s | m/s].
 
@@ -237,11 +236,6 @@ def _behind(errors: Floats, rates: Floats, still: Floats) -> float:
     A delay causes an error of velocity times delay: constant if states are late, uniform in a period if they
     show the last command; the largest value of a uniform distribution is the mean plus sqrt(3) standard
     deviations. Noise at rest is subtracted.
-
-    Args:
-        errors: Tracking errors in motion, shape (k, n) [rad | m].
-        rates: Commanded velocities, shape (k, n) [rad/s | m/s].
-        still: Tracking errors at rest, shape (m, n) [rad | m].
     """
     offset, power = still.mean(axis=0), float((rates**2).sum())
     off = errors - offset

@@ -54,12 +54,7 @@ class Event(Value):
 
 
 class Journal(Printed):
-    """Events, and the CPU time of each stage.
-
-    Attributes:
-        events: In order.
-        seconds: Last CPU times of each stage [s].
-    """
+    """Events, and the CPU time of each stage."""
 
     def __init__(self, now: Callable[[], float]) -> None:
         """Begin empty; `now` returns the time on the executor's clock [s]."""

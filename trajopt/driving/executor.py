@@ -22,7 +22,6 @@ class RobotState(Value):
     Attributes:
         stamp: Time of the measurement, on the executor's clock [s].
         positions: Of the executor's joints, shape (n,) [rad | m].
-        velocities: Shape (n,) [rad/s | m/s].
         accelerations: Shape (n,) [rad/s^2 | m/s^2]; the commanded ones if none are measured.
         commanded: Commanded positions at that time, shape (n,) [rad | m], at which spliced motions begin.
     """
@@ -78,7 +77,6 @@ class Executor(Protocol):
         Args:
             trajectory: Of some or all of its joints; the others are at rest from the time `at`. It begins in
                 the commanded position, velocity and acceleration of that time, and ends at rest.
-            at: When it begins, on the clock [s].
         """
         ...
 
@@ -112,12 +110,7 @@ class IdealExecutor:
         latency: float = 5e-3,
         clock: Callable[[], float] | None = None,
     ) -> None:
-        """Begin at rest.
-
-        Args:
-            positions: Of the driven joints, shape (n,) [rad | m].
-            clock: Returns the time [s]; if None, `advance` sets it.
-        """
+        """Begin at rest."""
         self.joint_names, self.period, self.latency = joint_names, period, latency
         self.tolerance: Floats = np.full(len(joint_names), 1e-6)
         self.committed = CommittedMotion(joint_names, positions)

@@ -43,13 +43,11 @@ class FollowedGoal(Printed):
     """A goal that moves while the robot drives to it.
 
     Attributes:
-        goal: The requirements; the goal of its problem is the last known one.
         target: A frame of the scene for the tool, or a function that returns the goal.
         tolerance: Additional error of the goal at the end of the motion above which it is replanned [m |
             rad].
         hold: Time that the goal must hold while the robot is at rest [s].
         holds_since: Since when it has held [s]; None while it does not.
-        requested: The last goal to which a motion was requested.
         begin: When the last planned motion begins: no other is planned before [s].
     """
 
@@ -104,7 +102,6 @@ class _PlanRequest(Printed):
 
     Attributes:
         not_before: Time of the next attempt [s]; infinite until the world changes.
-        failed: When the last attempt failed [s].
         only_sooner: Whether the active motion only waits, and is replaced only by one that ends sooner.
         lead: Time allowed for a plan from rest, in addition to that of the options [s].
     """
@@ -127,12 +124,7 @@ class _PlanRequest(Printed):
 
 @dataclass(eq=False)
 class _NextGoal(Printed):
-    """The motion to the goal after the present one.
-
-    Attributes:
-        transition: None until it is planned.
-        not_before: Time of the next attempt [s]; infinite until the world changes.
-    """
+    """The motion to the goal after the present one."""
 
     transition: Transition | None = None
     not_before: float = 0.0

@@ -67,7 +67,6 @@ class Decision(Value):
 
     Attributes:
         outcome: Kind of the committed motion; a proven stop always follows it.
-        reason: Reason for another motion than the actions as given; empty without one.
         unchanged: Actions that are committed as given.
         commanded: Committed positions at the times of the valid actions, shape (K, n) [rad | m].
     """
@@ -140,12 +139,6 @@ class Guard(CommitLoop):
         Args:
             constraints: Path constraints, in addition to limits and clearances.
             frame: Tool of actions that are poses; the group's own if empty.
-
-        Raises:
-            GroupNotFound: If the group does not exist.
-            ProblemError: If the robot moves.
-            JointNotFound: If the executor does not drive a joint of the group.
-            FrameNotFound: If the tool does not exist.
         """
         here = dict(zip(executor.joint_names, executor.state().commanded.tolist(), strict=True))
         at_rest = {name: here[name] for name in scene.robot.group(group).joints if name in here}

@@ -63,12 +63,7 @@ FULL_SPEED = SpeedScaling(0.0, RateChange(1.0, 1.0, 0.0))
 def scale_speed(
     planned: Trajectory, begin: tuple[float, float, float], speed: float, limits: JointLimits
 ) -> tuple[Trajectory, SpeedScaling] | None:
-    """Return the rest of a motion at another speed; None if every change of speed breaks a limit.
-
-    Args:
-        planned: The motion, which ends at rest.
-        speed: Share of the planned speed, in (0, 1].
-    """
+    """Return the rest of a motion at another speed; None if every change of speed breaks a limit."""
     start, rate, slope = begin
     if start > planned.duration - STEP:
         return None
@@ -119,8 +114,6 @@ class IntendedMotion(Value):
     """The whole motion to a goal, of which a piece at a time is committed.
 
     Attributes:
-        trajectory: The motion as driven, at a speed scaling.
-        begin: When it begins, on the executor's clock [s].
         held_back: Whether it waits or slows down for a dynamic obstacle.
     """
 

@@ -40,7 +40,6 @@ class MotorJoint(Value):
     """The joint of a motor: its position is scale * value + offset.
 
     Attributes:
-        joint: Name in the robot description.
         scale: Per unit of the motor's value [rad | m]; LeRobot's default unit is the degree. Negative if the
             motor turns the other way.
         offset: Position at the motor's zero [rad | m].

@@ -46,11 +46,7 @@ class MotionGuard(Value):
     """Proves motions that end at rest anywhere; one for each thread, as judges are.
 
     Limits and path constraints of the problem must hold, its goal need not. Every required distance is
-    increased by the tracking deviation.
-
-    Attributes:
-        deviation: Largest distance of any point of the robot, or of an attached object, from its commanded
-            position [m].
+    increased by the tracking deviation, the largest distance of any point from its commanded position [m].
     """
 
     problem: Problem
@@ -59,12 +55,7 @@ class MotionGuard(Value):
     def proven(
         self, motion: Trajectory, world: WorldSnapshot, begin: float, *, requirements: bool = True
     ) -> bool:
-        """Return whether a motion is proven.
-
-        Args:
-            begin: On the executor's clock [s].
-            requirements: Whether path constraints must hold, in addition to limits and clearances.
-        """
+        """Return whether a motion is proven, its path constraints only if `requirements`."""
         required = self._specification(motion, requirements=requirements, clock=world.clock(begin))
         return self._judge(world.scene).decide(motion, required).verified
 
@@ -140,11 +131,6 @@ def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
     """Return the guard of a problem whose robot an executor drives, within its tolerance.
 
     Driven joints outside the group stay where the executor has them, not at the start of the problem.
-
-    Raises:
-        JointNotFound: If it does not drive a joint of the group.
-        ShapeError: If its tolerance is not one finite number for each joint.
-        ProblemError: If its tolerance is negative.
     """
     names, driven = problem.reduced.joint_names, executor.joint_names
     for name in names:

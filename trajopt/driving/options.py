@@ -12,15 +12,7 @@ CLOCK_TOLERANCE = 0.01
 
 
 def on_clock(stamp: float | None, now: float, tolerance: float) -> float:
-    """Return a time stamp that is not ahead of the executor's clock [s]; now when None.
-
-    Args:
-        tolerance: A stamp ahead by no more than this counts as now [s].
-
-    Raises:
-        ClockError: If it is farther ahead.
-        ShapeError: If it is not a finite number.
-    """
+    """Return a time stamp that is not ahead of the executor's clock [s]; now when None."""
     if stamp is None:
         return now
     ahead = number("stamp", stamp) - now

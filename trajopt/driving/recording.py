@@ -36,8 +36,6 @@ class RecordedMotion(Value):
     """A motion on the clock of the recording.
 
     Attributes:
-        since: When it was given to the robot [s].
-        begin: When it begins [s].
         trajectory: Of the group's joints; None if there is none from then on.
     """
 
@@ -70,12 +68,9 @@ class RecordedMoment(Value):
     """The state of a run at a time.
 
     Attributes:
-        time: On the clock of the recording [s].
         positions: Measured positions of the group's joints, shape (n,) [rad | m].
         stop: The committed motion, to rest; None at rest.
         plan: The rest of the motion to the goal, if any.
-        sighting: The world as last reported.
-        events: Events until then, in order.
     """
 
     time: float
@@ -93,12 +88,10 @@ class Recording(Value):
 
     Attributes:
         start: Positions of all joints of the robot at the beginning, shape (number of joints,) [rad | m].
-        joint_names: The n joints of the group.
         times: Of the samples, increasing, shape (k,) [s].
         positions: Measured positions of the joints, shape (k, n) [rad | m].
         committed: Motions that were committed; each ends at rest.
         sightings: Reported worlds; the first from the beginning.
-        decisions: Decisions of a guard.
     """
 
     group: str
@@ -420,14 +413,7 @@ def read_recording(path: Path | str, robot: Robot) -> Recording:
 def write_recording(
     path: Path | str, recording: Recording, source: Mapping[str, object] | None = None
 ) -> None:
-    """Write a recording as JSON.
-
-    Args:
-        source: Plain data by which a reader finds the robot; the commands write theirs.
-
-    Raises:
-        FileFormatError: If it cannot be written.
-    """
+    """Write a recording as JSON."""
     robot = recording.robot
     about = {"name": robot.name, "joints": list(robot.joint_names), "source": source}
     writer = Writer(recording_kinds())

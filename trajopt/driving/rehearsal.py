@@ -72,17 +72,12 @@ class RunReport(Value):
     """The result of a run.
 
     Attributes:
-        reached: Whether the goal was reached.
         duration: Simulated time until the end of the last motion [s].
-        contacts: Contacts that the scene does not allow.
         contacts_at_fault: Those while the robot moved by itself, not when an object ran into it at rest.
         clearance_measured: Smallest distance of the simulated robot from the real obstacles until the end of
             the commanded motion [m].
         clearance_proven: Smallest proven distance for the commanded motion [m]; None if the robot did not
             follow it.
-        events: Events, in order.
-        seconds: CPU times of each stage [s].
-        measured: Measured motion of the group's joints.
     """
 
     reached: bool
@@ -150,7 +145,6 @@ def run(
     """Plan a problem and drive it in simulation, as fast as possible; deterministic but for CPU times.
 
     Args:
-        problem: Its scene is the world as known before.
         surprises: Unannounced changes, which the supervisor sees with the delay of the sensors.
         tolerance: As for `SimulatedExecutor`; use the tolerance of your driver to rehearse with its margin.
         watch: Called after each cycle: `logbook.look`, for a view or a recording.

@@ -23,9 +23,6 @@ def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: floa
     """Answer all pending requests; return whether the other end of the connection is still open.
 
     An error of a request is part of its answer.
-
-    Args:
-        wait: Time to wait for a request [s].
     """
     try:
         while connection.poll(wait):
@@ -71,9 +68,6 @@ class RemoteExecutor:
 
     def __init__(self, connection: "Connection[Any, Any]", *, delay: float = DELAY) -> None:
         """Read the properties of the executor from the process that calls `attend`.
-
-        Args:
-            delay: Longest time of a message [s].
 
         Raises:
             ExecutionError: By this and all methods, if the request fails or the other process has ended.

@@ -47,7 +47,6 @@ class Transition(Value):
     """The change from a motion to the one to the next goal.
 
     Attributes:
-        kind: Event at its beginning: the goal before is reached, or passed.
         at_rest: The transition from rest that replaces it if passing fails; None for one from rest.
     """
 
@@ -172,12 +171,7 @@ def _enters_blend(intended: IntendedMotion) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Recovery(Value):
-    """A motion out of contact.
-
-    Attributes:
-        trajectory: The motion; None if there is none.
-        words: The contacts that the robot leaves, or why there is no motion.
-    """
+    """A motion out of contact."""
 
     trajectory: Trajectory | None
     words: str
@@ -192,8 +186,6 @@ def recovery(
     hold. Their distances never decrease.
 
     Args:
-        problem: The group and the limits; its goal and constraints do not count.
-        positions: Of all joints, shape (number of joints,) [rad | m].
         scaling: Factor on the limits of velocity and acceleration.
 
     Raises:

@@ -48,7 +48,6 @@ def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -
     Raises:
         MissingExtra: If the package `mcap` is not installed.
         ProblemError: If a time of the log would be negative.
-        FileFormatError: If the file cannot be written.
     """
     log, zero = McapLog(), number("origin", origin)
     times = recording.times + zero

@@ -70,9 +70,6 @@ class Servo(CommitLoop):
     def command(self, command: Command, stamp: float | None = None) -> None:
         """Follow a command from the next tick until another one or the timeout.
 
-        Args:
-            stamp: Its time, on the executor's clock [s]; now when None.
-
         Raises:
             ClockError: If the stamp is ahead of the executor's clock by more than `clock_tolerance`; the last
                 command then stays until its timeout.
@@ -96,14 +93,7 @@ class Servo(CommitLoop):
 
     @checked
     def slow_to(self, factor: float) -> None:
-        """Follow commands at a share of their speed from the next tick.
-
-        Args:
-            factor: From 0 to 1.
-
-        Raises:
-            ProblemError: If it is outside this range.
-        """
+        """Follow commands at a share of their speed, 0 to 1, from the next tick."""
         if not 0.0 <= number("factor", factor) <= 1.0:
             raise ProblemError(f"factor must be from 0 to 1, is {factor:g}")
         self._speed = factor

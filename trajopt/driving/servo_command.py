@@ -44,12 +44,7 @@ class Axis(Enum):
 @checked
 @dataclass(frozen=True, eq=False)
 class Twist(Value):
-    """Velocity of the tool.
-
-    Attributes:
-        linear: Velocity of the tool's origin, shape (3,) [m/s].
-        frame: Frame whose axes both refer to.
-    """
+    """Velocity of the tool [m/s] and [rad/s], along the axes of a frame."""
 
     linear: Floats = field(default_factory=lambda: np.zeros(3))
     angular: Floats = field(default_factory=lambda: np.zeros(3))

@@ -71,12 +71,7 @@ class Order(Value):
 
     @checked
     def give(self, servo: Servo) -> None:
-        """Apply it to a servo.
-
-        Raises:
-            JointNotFound: If a joint of the command does not belong to the group.
-            FrameNotFound: If the frame does not exist.
-        """
+        """Apply it to a servo."""
         if self.speed is not None:
             servo.slow_to(self.speed)
         if self.released:
@@ -119,7 +114,6 @@ def guide(
     Args:
         source: The input, which is not closed. `Recorder` records one.
         wait: Waits for a time [s]: `time.sleep` with a real arm, `arm.advance` with a simulated one.
-        each: Called after each tick, for a view.
     """
     executor, period = servo.executor, servo.options.period
     begun = executor.now()
@@ -144,7 +138,6 @@ class TimedOrder(Value):
     """An order with its times.
 
     Attributes:
-        order: The order.
         at: Time of its first tick, since the first tick of all [s].
         until: Time of its last tick; it is repeated in every tick between [s].
     """
@@ -364,7 +357,6 @@ class Gamepad:
 
         Raises:
             MissingExtra: If pygame-ce is not installed.
-            ProblemError: If it does not exist.
         """
         # Without a window there is no focus, without which SDL ignores pads.
         os.environ.setdefault("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")

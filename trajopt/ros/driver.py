@@ -76,11 +76,6 @@ class FollowJointTrajectoryExecutor:
     velocities and accelerations, stamped with the present time. A joint trajectory controller replaces its
     current goal by it, and so drives the same polynomials up to the splice. The executor's clock is the clock
     of the ROS stamps, which must run in real time.
-
-    Attributes:
-        period: Control period of the controller [s].
-        latency: Shortest time until a new motion can begin [s].
-        tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
     """
 
     @checked
@@ -101,7 +96,6 @@ class FollowJointTrajectoryExecutor:
         """Connect, and wait for joint states; the robot must be at rest.
 
         Args:
-            url: Address of the rosbridge server, such as "ws://robot:9090".
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m].
                 `conformance` reports a tolerance that is too small.
             joint_states: Name of the topic of `sensor_msgs/JointState`; messages of other joints are ignored.
@@ -109,7 +103,6 @@ class FollowJointTrajectoryExecutor:
             period: Control period of the controller [s].
             latency: Longest time from `splice` until the controller has the goal [s].
             silence: Longest age of joint states before a fault is reported [s].
-            timeout: Time limit for the connection and the first joint states [s].
 
         Raises:
             ExecutionError: If no server answers, or no stamped joint states arrive.
@@ -272,16 +265,7 @@ class RosbridgeClient:
     """A connection; `failure` is empty while it works."""
 
     def __init__(self, url: str, *, timeout: float, heard: Callable[[Incoming], None]) -> None:
-        """Connect.
-
-        Args:
-            url: Address of the server, such as "ws://robot:9090".
-            timeout: Timeout of the server's answers [s].
-            heard: Called by the reading thread with each operation of the server.
-
-        Raises:
-            ExecutionError: If no rosbridge server answers at the address.
-        """
+        """Connect to a server such as "ws://robot:9090"; `heard` gets each operation, in a thread."""
         try:
             self._socket = connect(url, open_timeout=timeout, close_timeout=timeout)
         except (OSError, WebSocketException, ValueError) as error:

@@ -34,10 +34,8 @@ class Nearest:
 
     Attributes:
         distance: Signed: positive apart, negative in penetration [m].
-        required: Required clearance [m].
         margin: Margin of the optimiser, at least the required clearance [m].
         points: Nearest points of the two, on their tracks, in the world, shape (2, 3) [m].
-        error: Error of the track [m], which is subtracted from the distance.
     """
 
     owners: tuple[str, str]
@@ -49,14 +47,7 @@ class Nearest:
 
 
 class ClearanceQuery:
-    """Measures clearances along a motion; owns scratch memory, so one per thread.
-
-    Pairs with intended contact, or with an object that does not exist at that time, are left out.
-
-    Attributes:
-        timed: The dynamic obstacles; None in a static scene.
-        reduced: With joints driven by time among dynamic obstacles.
-    """
+    """Measures clearances along a motion; owns scratch memory, so one per thread."""
 
     def __init__(self, reduced: ReducedModel, duration: float) -> None:
         self.timed = reduced.timed
@@ -168,10 +159,8 @@ class MotionSamples:
         position_shares: -1 at the lower limit, 1 at the upper; half turns without limits, (S, n).
         velocity_shares: Velocities divided by their limits, shape (S, n), as `acceleration_shares`.
         unlimited: Names of the joints without position limits.
-        clearance_times: Shape (C,) [s].
         clearances: Smallest clearance of each kind of pair, shape (C,) [m]; inf beyond `REACH`.
         required: The required clearances, each once, without zero [m].
-        margins: The margins of the optimiser, each once [m].
         windows: Start [s], end [s] and name of the intervals with intended contact.
         tightest: Time [s], clearance [m] and names of the tightest pair; None beyond `REACH`.
     """

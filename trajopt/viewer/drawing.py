@@ -381,7 +381,6 @@ class Surface:
     """Triangles.
 
     Attributes:
-        vertices: Shape (n, 3) [m].
         faces: Indices into vertices, anticlockwise seen from outside, shape (m, 3).
         smooth: Whether light is blended over the edges.
     """

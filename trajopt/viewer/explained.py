@@ -50,8 +50,6 @@ def draw_explanation(
     dynamic obstacle is drawn in the middle of the interval during which it blocks.
 
     Args:
-        explanation: From `Result.explain`.
-        path: The PNG file.
         width: Of the picture without the text [pixels], as `height`.
 
     Raises:

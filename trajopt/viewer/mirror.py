@@ -43,7 +43,6 @@ class RemoteState(Value):
 
     Attributes:
         positions: Of all joints, shape (number of joints,) [rad | m].
-        driven: Whether it is being driven.
         ahead: Positions of all joints along the rest of its motion, shape (k, number of joints); None
             if unknown.
     """
@@ -67,12 +66,7 @@ class RemoteState(Value):
 
 
 def state_of(node: Node, joints: int) -> RemoteState:
-    """Return the state in a document.
-
-    Raises:
-        FileFormatError: If its content is invalid.
-        ShapeError: If the positions are not one finite number for each joint.
-    """
+    """Return the state in a document."""
     ahead = node["ahead"]
     return RemoteState(
         revision=int(node["revision"].number()),
@@ -102,11 +96,6 @@ class MirrorClient:
 
         Args:
             url: Of a session of a server ("http://127.0.0.1:8080/sessions/ID"), or of a run.
-
-        Raises:
-            MissingExtra: If httpx is not installed.
-            ServerError: If the address does not answer, or refuses.
-            FileFormatError: If the answer cannot be mirrored.
         """
         try:
             from trajopt.server.client import Call, Client
@@ -149,18 +138,15 @@ EVENTS = 8
 
 @checked
 def mirror_view(url: str, *, token: str = "", port: int = 8080, host: str = "127.0.0.1") -> "MirrorView":
-    """Serve a page that shows a remote robot and its known surroundings; returns immediately.
+    """Serve a page that shows a remote robot and its known surroundings, as `view` does.
 
     Args:
         url: Of a session of `trajopt serve` ("http://127.0.0.1:8080/sessions/ID"), or of a published run
             (`trajopt run --publish`, or a `RunPublisher`).
-        host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Raises:
-        MissingExtra: If viser or httpx is not installed.
         ServerError: If the address does not answer, or refuses.
         FileFormatError: If the answer cannot be mirrored.
-        ProblemError: If the port cannot be opened on this host.
     """
     source = MirrorClient(url, token=token)
     try:
@@ -287,14 +273,7 @@ class RunPublisher:
 
     @checked
     def __init__(self, problem: Problem, *, port: int = 8090, host: str = "127.0.0.1") -> None:
-        """Start to answer.
-
-        Args:
-            host: Address to answer on; "0.0.0.0" lets other machines connect too.
-
-        Raises:
-            ProblemError: If the port cannot be opened on this host.
-        """
+        """Start to answer."""
         self._problem, self._logbook = one_of("problem", problem, Problem), Logbook()
         self._lock, self._revision = threading.Lock(), 0
         self._told: tuple[object, float] = (None, 0.0)

@@ -29,12 +29,7 @@ FRAME_TIME = 1 / 30
 
 
 class Playback:
-    """A time slider from 0 to a duration, scrubbed by hand or played.
-
-    Attributes:
-        time: The shown time [s].
-        lock: Held while drawing.
-    """
+    """A time slider from 0 to a duration, scrubbed by hand or played."""
 
     def __init__(
         self,

@@ -52,7 +52,6 @@ def plot_motion(
     """Draw a motion over time: positions, speeds, clearance, and tilt or accelerations; return the path.
 
     Args:
-        trajectory: Of the group's joints.
         path: The image; its suffix selects the format (PNG without one).
         constraints: Path constraints; axis alignments are drawn.
 
@@ -212,7 +211,6 @@ def plot_path_time(
         until: End of the time axis [s]; 1.5 times the duration of the motion if None.
 
     Raises:
-        PlanningFailed: If the result has no plan.
         ShapeError: If the time is not positive.
         FileFormatError: If the suffix is not an image format.
     """

@@ -34,7 +34,6 @@ class RunDrawing:
 
     Attributes:
         reduced: The robot in the first known world.
-        nearest: The pair with the smallest clearance in the shown moment.
     """
 
     def __init__(self, server: "GuardedServer", group: str, start: Floats, first: Sighting) -> None:
@@ -109,15 +108,7 @@ EVENTS = 8
 
 @checked
 def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1") -> "RunViewer":
-    """Serve a page that shows a recorded run; returns immediately: open its `url`; `wait()` blocks.
-
-    Args:
-        host: Address to serve on; "0.0.0.0" lets other machines view the page too.
-
-    Raises:
-        MissingExtra: If viser is not installed.
-        ProblemError: If the port cannot be opened on this host.
-    """
+    """Serve a page that shows a recorded run, as `view` does; open its `url`."""
     first = recording.sightings[0]
     drawing = RunDrawing(open_server(host, port), recording.group, recording.start, first)
     motion = None
@@ -129,16 +120,9 @@ def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1")
 
 @checked
 def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") -> "RunViewer":
-    """Serve a page that shows a run live; returns immediately.
+    """Serve a page that shows a run live, as `view` does.
 
     `viewer.look` receives the supervisor after each cycle: `run(problem, watch=viewer.look)`.
-
-    Args:
-        host: Address to serve on; "0.0.0.0" lets other machines view the page too.
-
-    Raises:
-        MissingExtra: If viser is not installed.
-        ProblemError: If the port cannot be opened on this host.
     """
     first = Sighting(since=-np.inf, world=WorldSnapshot(problem.scene, 0.0))
     drawing = RunDrawing(open_server(host, port), problem.group, problem.start_positions, first)

@@ -41,12 +41,7 @@ class SceneView:
         root: str = "",
         robot: bool = True,
     ) -> None:
-        """Draw it at time 0.
-
-        Args:
-            positions: Of the group's joints, shape (n,) [rad | m].
-            root: Name of the root node, if a page has several scenes; empty for the page's own.
-        """
+        """Draw it at time 0."""
         self._server, self._reduced = server, reduced
         self.clearance = ClearanceQuery(reduced, duration)
         self.nearest: Nearest | None = None
@@ -93,7 +88,6 @@ def look_from_the_best_side(
     """Choose the least obstructed view of a motion, or of the robot at rest.
 
     Args:
-        motion: The motion; None for the robot at rest.
         back: Factor on the distance at which everything just fits.
         aside: Shift of the subject to the left, as a share of the picture's height.
     """

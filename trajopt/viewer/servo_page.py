@@ -48,16 +48,12 @@ class Lead(Enum):
 def servo_page(
     problem: Problem, *, frame: str = "", axes: str = WORLD, port: int = 8080, host: str = "127.0.0.1"
 ) -> "ServoPage":
-    """Serve a page that leads a robot, and shows it; returns immediately.
+    """Serve a page that leads a robot, and shows it, as `view` does; by default the group's own tool.
 
     Args:
-        frame: The tool's frame; the group's own if empty.
         axes: Frame of the tool sliders' axes: "world", or the tool's own.
-        host: Address to serve on; "0.0.0.0" lets other machines lead the robot too.
 
     Raises:
-        MissingExtra: If viser is not installed.
-        ProblemError: If the port cannot be opened on this host.
         FrameNotFound: If there is no such tool.
     """
     first = Sighting(since=-np.inf, world=WorldSnapshot(problem.scene, 0.0))

@@ -70,7 +70,6 @@ class Bundle(Value):
     """The content of a bundle file.
 
     Attributes:
-        made: Time of writing (UTC, ISO 8601).
         arguments: Of the planning call; None if not planned or unknown.
         custom_method: Whether the method was an object with its own options, which a file cannot hold.
         trajectory: The motion, verified or not; None if planning did not reach one.
@@ -129,7 +128,6 @@ def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = T
     """Write a result, a plan or a problem as a bundle, with visual meshes.
 
     Args:
-        what: A result (success or failure), a plan, or a problem.
         path: By convention with the extension ".trajopt".
         explained: Whether to include the explanation of a failure (`Result.explain`), which may take seconds.
 

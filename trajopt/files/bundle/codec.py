@@ -104,7 +104,6 @@ class BundleReader(Reader):
         """Choose the container's part.
 
         Args:
-            kinds: Classes that may be read; those of bundles when None.
             references: Readers of the container's references, by their key.
             made: Replaces a value that was made, such as a result whose motion is judged again.
         """

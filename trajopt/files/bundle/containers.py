@@ -199,11 +199,10 @@ def value_of_message(
     triangles: float = inf,
     rows: float = inf,
 ) -> Kind:
-    """Return the value of a message from any sender; motions in it are judged here.
+    """Return the value of a message from any sender, with bounded arrays; motions in it are judged here.
 
     Args:
         triangles: Most triangles in all its arrays together.
-        rows: Most rows of each other array.
     """
     node.only(("value", "shared", "arrays"))
     arrays = _Arrays(node["arrays"], triangles, rows)

@@ -17,12 +17,7 @@ from trajopt.values.errors.arguments import checked
 
 @dataclass(frozen=True, eq=False)
 class Replay(Value):
-    """The new result of planning a bundle's problem, compared with the stored result.
-
-    Attributes:
-        bundle: The stored problem and result.
-        differences: Differences as sentences; empty if the results agree to the last digit.
-    """
+    """The new result of planning a bundle's problem, compared with the stored result."""
 
     bundle: Bundle
     result: Result

@@ -10,12 +10,7 @@ from trajopt.values.trajectory import Trajectory
 
 @dataclass(frozen=True)
 class Exported:
-    """A written file.
-
-    Attributes:
-        duration: Duration of the motion as written [s].
-        notes: Content and units of the file, and the losses against the planned motion.
-    """
+    """A written file."""
 
     path: Path
     points: int

@@ -71,10 +71,6 @@ class RobotMessages(Value):
         """Write the frames at some times, and the scene.
 
         The scene is written first, and again when objects appear or disappear.
-
-        Args:
-            positions: Of the group's joints, shape (k, n) [rad | m].
-            clock: Times on the clock of the scene, shape (k,) [s].
         """
         shown: tuple[str, ...] | None = None
         for time, frames, there in zip(

@@ -24,12 +24,7 @@ def record(title: str, **fields: Json) -> Json:
 
 @dataclass(frozen=True, eq=False)
 class Topic:
-    """A channel of a log.
-
-    Attributes:
-        name: Its name, such as "/tf".
-        schema: Schema of its messages.
-    """
+    """A channel of a log."""
 
     name: str
     schema: Json

@@ -254,7 +254,6 @@ class MessageField:
 
     Attributes:
         kind: Its type: a plain type of ROS or the full name of a message, with `[]` at the end of arrays.
-        default: Its stated default; None for the type's own.
     """
 
     name: str

@@ -31,12 +31,7 @@ class Message:
 
 @dataclass(slots=True, order=True)
 class Stamp(Message):
-    """Whole seconds and nanoseconds; comparable within one class.
-
-    Attributes:
-        secs: Whole seconds; fractions, as in `Duration(0.5)`, are carried over to `nsecs`.
-        nsecs: Nanoseconds, from 0 to 999,999,999.
-    """
+    """Whole seconds and nanoseconds; comparable within one class."""
 
     secs: float = 0
     nsecs: int = 0
@@ -126,14 +121,7 @@ _BASES: Mapping[str, type[Message]] = {"moveit_msgs/AllowedCollisionMatrix": Col
 
 
 def message_named(name: str) -> type[Any]:
-    """Return the class of a message.
-
-    Args:
-        name: Its name as ROS 1 or ROS 2 writes it, such as "std_msgs/String" or "std_msgs/msg/String".
-
-    Raises:
-        MessageNotFound: If it is not in the table.
-    """
+    """Return the class of a message."""
     wanted = plain_name(ROS1_TIMES.get(name, name))
     if wanted not in definitions():
         raise MessageNotFound("message", name, definitions())
@@ -264,7 +252,6 @@ def decode(
     has its fields in order, as in MoveIt's files. Times are {sec, nanosec}, {secs, nsecs}, or seconds.
 
     Args:
-        document: The plain data, or a node of a document.
         name: Name used in error messages instead of a file name.
 
     Raises:
@@ -279,14 +266,7 @@ def decode(
 
 
 def document_of(message: object, name: str) -> Node:
-    """Return a message as a document, which the readers of MoveIt's files take.
-
-    Args:
-        name: Name used in error messages instead of a file name, such as "set_path_constraints".
-
-    Raises:
-        ProblemError: If it is not a message.
-    """
+    """Return a message as a document, which the readers of MoveIt's files take."""
     return Node(_plain(message, name), name)
 
 

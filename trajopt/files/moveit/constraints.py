@@ -52,7 +52,6 @@ class PointRegion:
 
     Attributes:
         tolerance: Half its edges, shape (3,) [m]; inf leaves an axis free.
-        offset: The point, in the frame, shape (3,) [m].
         turnable: Whether the box may be rotated, as a box inside a sphere may.
     """
 
@@ -109,7 +108,6 @@ class Orientation:
     """A required orientation of a frame.
 
     Attributes:
-        frame: The frame, or a rotated copy of it.
         rotation: Of the frame in the reference, shape (3, 3).
         tolerance: About each axis of `rotation`, shape (3,) [rad]; inf leaves an axis free.
         turn: Rotation from the coordinates of `original` to the coordinates of `frame`, shape (3, 3).

@@ -40,10 +40,8 @@ def run(
     """Make and plan one problem, and judge the motion with a fresh judge.
 
     Args:
-        method: The default one if None.
         follow: Whether to record every step of the solver, and the path of the last joint.
         seen: Called with the result, of which an outcome has the numbers only.
-        experience: Remembers motions; see `plan`.
     """
     chosen = Knots() if method is None else method
     history: list[IterationRecord] = []
@@ -156,11 +154,6 @@ def compare(
     Args:
         problems: By name; or a sequence of problems or names of installed ones.
         methods: Methods, or names of installed ones.
-
-    Raises:
-        ProblemNotFound: If there is no installed problem of a name.
-        SolverNotFound: If there is no method of a name.
-        MissingExtra: If a package of a method is not installed.
     """
     chosen = [
         method_named(item) if isinstance(item, str) else one_of("method", item, Method)
@@ -183,9 +176,6 @@ def compared(
     Args:
         skipped: Receives methods with missing packages, which are then skipped; None to raise.
         seen: Called with each result before its outcome, which has the numbers only, is yielded.
-
-    Raises:
-        MissingExtra: If a package of a method is not installed, and `skipped` is None.
     """
     ready: list[Method] | None = None
     for instance in instances:

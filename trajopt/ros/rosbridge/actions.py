@@ -54,12 +54,7 @@ SERVICES: Mapping[str, MoveItService] = {
 
 @dataclass(frozen=True)
 class ActionServer:
-    """A served action.
-
-    Attributes:
-        kind: Its type in ROS 1; its messages add the suffixes Goal, Result and Feedback.
-        operation: Operation that drives the robot; empty if it is planned first.
-    """
+    """A served action; its operation drives the robot, and is empty if the goal is planned first."""
 
     kind: str
     operation: str
@@ -125,9 +120,7 @@ class ActionGoal:
     """A goal.
 
     Attributes:
-        message: The goal message, JSON.
         tell: Called with feedback, as plain data or JSON.
-        cancelled: Whether cancellation was requested.
     """
 
     name: str

@@ -44,9 +44,7 @@ class Cell:
         """Have a worker process a message; return its response, as JSON.
 
         Args:
-            message: JSON.
             difference: A planning scene message, JSON: changes for this request alone.
-            seconds: Time limit [s].
             listener: Called with progress, as JSON.
         """
         other = b"" if difference is None else b',"difference":' + difference

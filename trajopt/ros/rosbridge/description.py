@@ -34,12 +34,7 @@ KINDS = (
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription(Value):
-    """A robot's files.
-
-    Attributes:
-        srdf: The SRDF; empty if none.
-        packages: Folders of the packages of its meshes, by name.
-    """
+    """A robot's files."""
 
     urdf: str
     srdf: str = ""
@@ -47,15 +42,7 @@ class RobotDescription(Value):
 
     @staticmethod
     def read(urdf: Path, srdf: Path | None = None, package_dirs: Sequence[Path] = ()) -> "RobotDescription":
-        """Read the files.
-
-        Args:
-            urdf: The URDF or xacro file.
-            package_dirs: Folders of packages, or that contain packages.
-
-        Raises:
-            FileFormatError: If a file is not a text file.
-        """
+        """Read the files."""
         try:
             text = expanded(urdf, {}, package_dirs).decode() if urdf.suffix == ".xacro" else urdf.read_text()
             semantic = "" if srdf is None else srdf.read_text()

@@ -89,11 +89,7 @@ async def serve_rosbridge(
     """Serve until cancelled or stopped.
 
     Args:
-        service: Started, with the operations of `ANSWERS`.
-        options: Addresses, and admission of clients.
-        robot: Name of the robot; the first one if empty.
         ready: Called with the ports of rosbridge and of the meshes, once both listen.
-        stop: Set to end.
 
     Raises:
         OSError: If the address cannot be listened on.

@@ -109,7 +109,6 @@ class RelayedGoal:
 
     Attributes:
         number: The goal's id between the server and that client.
-        kind: Type of the action, as sent by the client.
         tell: Called with feedback, as JSON.
     """
 

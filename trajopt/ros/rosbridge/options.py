@@ -16,12 +16,7 @@ LOCAL_NAMES = frozenset(("localhost", "127.0.0.1", "::1"))
 
 
 class Distro(Enum):
-    """ROS distributions that the bridge supports.
-
-    Attributes:
-        version: 1 or 2.
-        generation: Message format.
-    """
+    """ROS distributions that the bridge supports."""
 
     NOETIC = ("noetic", 1, Generation.ROS1)
     JAZZY = ("jazzy", 2, Generation.ROS2)
@@ -40,17 +35,13 @@ class RosbridgeOptions(Value):
     address. The port of the meshes requires none.
 
     Attributes:
-        host: Address to listen on.
-        port: Port of rosbridge; 0 for any free port.
         mesh_port: Port of the meshes over HTTP; 0 for any free port.
-        distro: ROS distribution to emulate.
         origins: Admitted origins of web pages, such as "https://cell.example".
         token: If not empty, required in the address: `ws://HOST:PORT/?token=TOKEN`.
         names: Further host names by which clients may call the server.
         clouds: Topics of `sensor_msgs/PointCloud2` that become obstacles.
         connections: Most connections at a time.
         calls: Most requests of one connection in progress at a time.
-        head: Time limit of a connection's opening handshake [s].
     """
 
     host: str = "127.0.0.1"

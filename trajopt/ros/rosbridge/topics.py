@@ -31,13 +31,7 @@ class TopicClient(Protocol):
 
 @dataclass(eq=False)
 class Subscription:
-    """A client's subscription to a topic.
-
-    Attributes:
-        names: The client's names of its subscriptions to the topic.
-        spacing: Least time between two messages [s].
-        fragment_size: Largest piece of a message [bytes].
-    """
+    """A client's subscription to a topic."""
 
     names: set[str | int | None] = field(default_factory=set[str | int | None])
     spacing: float = 0.0
@@ -50,7 +44,6 @@ class RelayedTopic:
     """A topic.
 
     Attributes:
-        kind: Its type in ROS 1; empty while unknown.
         ours: Whether only the server publishes it.
         kept: Whether it exists without clients.
         latched: The last message, sent to later subscribers.
@@ -111,9 +104,7 @@ class Topics:
         """Subscribe a client to a topic; send it the latched message, if any.
 
         Args:
-            kind: Its type; empty for any.
             spacing: Least time between two messages [s]; the shortest of several subscriptions applies.
-            fragment_size: Largest piece of a message [bytes].
         """
         self._count(client)
         topic = self._topic(name, kind)

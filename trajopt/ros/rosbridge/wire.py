@@ -26,13 +26,10 @@ class Incoming(msgspec.Struct):
     Attributes:
         args: Arguments of a service, or goal of an action.
         values: Response of a client's service, or feedback or result of a client's action.
-        result: Whether the service or the goal succeeded.
         status: Final status of a goal (`action_msgs/GoalStatus`).
         latch: Whether the last message is kept for later subscribers.
         throttle_rate: Least time between two messages [ms].
         fragment_size: Largest message that the client accepts in one piece [bytes].
-        timeout: Time limit of a call [s].
-        level: Level of the status messages sent to the client.
     """
 
     op: str

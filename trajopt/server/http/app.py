@@ -161,7 +161,7 @@ class Face:
             "/sessions/{session}/requests/{request_name}",
             self._cancel,
             "DELETE",
-            "End a request that was sent with the header X-Request-Name; a plan answers with its best motion.",
+            "End a request with the header X-Request-Name; a plan answers with its best motion.",
         )
         self._described = {name for name in service.operations if name != READ and "/" not in name}
         for name in sorted(self._described):

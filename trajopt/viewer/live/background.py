@@ -25,12 +25,7 @@ ATTEMPT = "optimise"
 
 @dataclass(frozen=True, eq=False)
 class PlanningOutcome(Value):
-    """Outcome of planning.
-
-    Attributes:
-        result: The result; None if planning could not start.
-        explanation: Cause of a failure, or prices of a motion's limits; None if cancelled.
-    """
+    """Outcome of planning."""
 
     result: Result | None
     explanation: Explanation | None
@@ -128,12 +123,7 @@ RAMP = np.array(((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253
 
 @dataclass(frozen=True, eq=False)
 class Reach(Value):
-    """The drawn reach.
-
-    Attributes:
-        points: Centres of reached cells, shape (k, 3) [m].
-        colours: From dark, for few directions, to bright, shape (k, 3).
-    """
+    """The drawn reach: centres of reached cells (k, 3) [m], from dark, for few directions, to bright."""
 
     points: Floats
     colours: NDArray[np.uint8]

@@ -162,15 +162,13 @@ def live_view(
     port: int = 8080,
     host: str = "127.0.0.1",
 ) -> "LiveView":
-    """Serve a page for planning by hand; returns immediately: open its `url`; `wait()` keeps a script alive.
+    """Serve a page for planning by hand, as `view` does: open its `url`; `wait()` keeps a script alive.
 
     Args:
         group: The group that moves; if empty the only one, or the first that ends in a hand.
         start: Configuration of the robot; by default each group in its first named state.
-        host: Address to serve on; "0.0.0.0" lets other machines use the page too.
 
     Raises:
-        MissingExtra: If viser is not installed.
         GroupNotFound: If there is no such group.
         ProblemError: If the port cannot be opened on this host, or an object moves by itself.
     """

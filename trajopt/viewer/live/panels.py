@@ -217,12 +217,7 @@ FILE = "plan.trajopt"
 
 
 class MotionPanel:
-    """Planning and the resulting motion.
-
-    Attributes:
-        planned: Outcome of planning to the present goal; None before.
-        motion: The shown motion, or None.
-    """
+    """Planning and the resulting motion."""
 
     def __init__(
         self,

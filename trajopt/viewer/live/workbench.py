@@ -32,7 +32,6 @@ class Workbench:
     """The state set by hand.
 
     Attributes:
-        turned: Whether a goal of the hand includes its orientation.
         held: The reason why planning is disabled although the goal is valid; empty if enabled.
     """
 
@@ -164,10 +163,8 @@ class Goal(Value):
     """The goal of the hand or the joints.
 
     Attributes:
-        placement: Of the hand, in the world.
         positions: Of the group's joints, with the hand there or nearest to there, shape (n,) [rad | m].
         reachability: Whether the robot can stand so.
-        required: The requirements at the end of a motion.
     """
 
     placement: Placement
@@ -183,7 +180,6 @@ def goal_of_hand(
     """Return the goal of a hand pose, in any posture.
 
     Args:
-        placement: In the world.
         near: Preferred posture of the group, shape (n,) [rad | m].
         turned: Whether the orientation counts; otherwise the position alone.
     """

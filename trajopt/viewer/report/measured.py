@@ -49,7 +49,6 @@ class Chart(Value):
     """Curves over the same times.
 
     Attributes:
-        limits: Limits of the values, each with its name.
         top: Larger values are not drawn; None for no cut.
     """
 
@@ -290,9 +289,6 @@ class Subject(Value):
 
     Attributes:
         certificate: The judge's verdict on the motion, computed here.
-        answer: The planning result, as by `Result.as_dict`.
-        explanation: `Result.explain` as plain data.
-        versions: Package versions of the planner, by name.
     """
 
     holds: Holds

@@ -296,13 +296,7 @@ KINDS = {Holds.PLAN: "plan", Holds.FAILURE: "failure", Holds.PROBLEM: "problem"}
 
 
 def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still], remark: str) -> str:
-    """Return the page.
-
-    Args:
-        space: The 3-D page, in HTML; empty for none.
-        pictures: Still pictures, for paper and for browsers without 3-D.
-        remark: A sentence for the foot of the page.
-    """
+    """Return the page."""
     name = subject.problem.name or "problem"
     parts = [
         _head(subject),

@@ -129,14 +129,10 @@ def driven(
     watch: Watch,
     tell: Callable[[ExecutionReading], object],
 ) -> tuple[msg.MoveItErrorCodes, SessionState]:
-    """Drive the robot of a session along a trajectory.
+    """Drive the robot of a session along a trajectory, or after a cancellation along the next proven stop.
 
     Args:
-        watch: After its cancellation the robot follows the next proven stop.
         tell: Makes a feedback document of the state during the execution.
-
-    Returns:
-        The outcome, and the new state of the session.
     """
     robot = state.scene.robot
     group = _group_of(message.joint_trajectory, message.multi_dof_joint_trajectory.joint_names, robot)

@@ -82,12 +82,7 @@ def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
 
 @dataclass(frozen=True)
 class RobotStated:
-    """Content of a robot state message, added to the session's state.
-
-    Attributes:
-        scene: The scene, with the attached objects of the message.
-        positions: Positions of all joints [rad | m].
-    """
+    """Content of a robot state message, added to the session's state."""
 
     scene: Scene
     positions: Floats

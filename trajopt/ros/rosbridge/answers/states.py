@@ -111,13 +111,7 @@ def _known(link: str, scene: Scene) -> str:
 
 
 def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Check a state: contacts, constraints and, unlike MoveIt, joint limits.
-
-    Without a group, all groups are checked.
-
-    Raises:
-        NameNotFound: If a name is unknown; the service has no error code for it.
-    """
+    """Check a state: contacts, constraints and, unlike MoveIt, joint limits."""
     request = read_call(msg.GetStateValidityRequest, arguments, watch)
     message, robot = request.message, state.scene.robot
     if message.group_name and message.group_name not in robot.groups:
