@@ -340,7 +340,6 @@ def terminated_as_interrupted() -> Generator[None]:
 
 
 TABLE = ".parquet"
-"""Suffix of a table of problems."""
 
 
 class Generated(Enum):

@@ -24,7 +24,6 @@ ROBOT_HELP = (
     "Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file, which is read with bounds on time, "
     "memory and the files that it may open."
 )
-"""Help text of `--robot`."""
 SceneOption = Annotated[Path, typer.Option("--scene", help="MoveIt PlanningScene in YAML.")]
 RequestOption = Annotated[Path, typer.Option("--request", help="MoveIt MotionPlanRequest in YAML.")]
 SrdfOption = Annotated[Path | None, typer.Option("--srdf", help="With a URDF file: its SRDF.")]

@@ -14,7 +14,6 @@ from trajopt.values.trajectory import Trajectory
 SETTLED = 1e-2
 """Measured speed of a joint at rest [rad/s | m/s]."""
 SAMPLES = 20
-"""Samples of a motion."""
 BRAKING = 2.0
 """Longest time from a stop to rest [s]."""
 BRISK = 2.0

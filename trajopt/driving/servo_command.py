@@ -81,7 +81,6 @@ class JointVelocities(Value):
 
 
 Command = Twist | Pose | JointVelocities
-"""A command of a servo."""
 
 
 @checked

@@ -187,7 +187,6 @@ ROOM_TO_REST = 0.02
 EDGES = (0.04, 0.12)
 """Least and largest edge of the box [m]."""
 DRAWS = 200
-"""Largest number of boxes drawn."""
 STOP_STEP = 0.02
 """Time between checked configurations on the way to rest [s]: `ROOM_TO_REST` at 1 m/s."""
 

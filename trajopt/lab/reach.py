@@ -1,12 +1,13 @@
 """Samples of configurations of a group: a table of them, and the reach map of a frame."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.arguments import count_of, frame_of
@@ -99,21 +100,7 @@ class ReachMap(Value):
     def load(path: Path | str) -> "ReachMap":
         """Read a map that `save` wrote."""
         try:
-            with np.load(path) as file:
-                return ReachMap(
-                    robot=str(file["robot"]),
-                    group=str(file["group"]),
-                    frame=str(file["frame"]),
-                    reference=str(file["reference"]),
-                    origin=readonly(file["origin"]),
-                    cell=float(file["cell"]),
-                    hits=file["hits"],
-                    reached=file["reached"],
-                    directions=int(file["directions"]),
-                    manipulability=readonly(file["manipulability"]),
-                    valid=int(file["valid"]),
-                    drawn=int(file["drawn"]),
-                )
+            return ReachMap(**_read_npz(path, ReachMap))
         except (OSError, ValueError, KeyError) as error:
             raise FileFormatError(str(path), f"holds no reach map: {error}") from error
 
@@ -175,18 +162,14 @@ def reach_map(
     met = _all_met(meet, count, progress)
     if len(met.point) == 0:
         raise ShapeError("count", f"none of {count} configurations is free of collision")
-    grid = _grid(met, cell, directions)
     return ReachMap(
         robot=reduced.scene.robot.name,
         group=reduced.group,
         frame=frame,
         reference=reference,
-        origin=grid.origin,
+        **_grid(met, cell, directions),
         cell=cell,
-        hits=grid.hits,
-        reached=grid.reached,
         directions=directions,
-        manipulability=grid.manipulability,
         valid=len(met.point),
         drawn=count,
     )
@@ -215,17 +198,7 @@ class _Met:
     manipulability: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """The arrays of a map; see `ReachMap`."""
-
-    origin: Floats
-    hits: Ints
-    reached: Ints
-    manipulability: Floats
-
-
-def _grid(met: _Met, cell: float, directions: int) -> _Grid:
+def _grid(met: _Met, cell: float, directions: int) -> dict[str, Any]:
     index = np.floor(met.point / cell).astype(np.int64)
     lowest = index.min(axis=0)
     shape = tuple((index.max(axis=0) - lowest + 1).tolist())
@@ -234,12 +207,12 @@ def _grid(met: _Met, cell: float, directions: int) -> _Grid:
     best = np.zeros(cells)
     np.maximum.at(best, place, met.manipulability)
     seen = np.unique(place * directions + met.direction) // directions
-    return _Grid(
-        readonly(lowest * cell),
-        np.bincount(place, minlength=cells).reshape(shape),
-        np.bincount(seen, minlength=cells).reshape(shape),
-        readonly(best.reshape(shape)),
-    )
+    return {
+        "origin": readonly(lowest * cell),
+        "hits": np.bincount(place, minlength=cells).reshape(shape),
+        "reached": np.bincount(seen, minlength=cells).reshape(shape),
+        "manipulability": readonly(best.reshape(shape)),
+    }
 
 
 @checked
@@ -394,7 +367,9 @@ def _rows(query: Evaluator, frame: str, reference: str, positions: Floats, free:
 def read_table(path: Path | str) -> ConfigurationTable:
     """Read a table written by `ConfigurationTable.write`."""
     try:
-        return _read_npz(path) if check_table_path(path) == ".npz" else _read_parquet(path)
+        if check_table_path(path) == ".npz":
+            return ConfigurationTable(**_read_npz(path, ConfigurationTable))
+        return _read_parquet(path)
     except (OSError, ValueError, KeyError) as error:
         raise FileFormatError(str(path), f"holds no table of configurations: {error}") from error
 
@@ -410,20 +385,13 @@ def check_table_path(path: Path | str) -> str:
     return suffix
 
 
-def _read_npz(path: Path | str) -> ConfigurationTable:
+def _read_npz(path: Path | str, kind: type[ReachMap | ConfigurationTable]) -> dict[str, Any]:
+    def stated(array: NDArray[Any]) -> Any:
+        names = array.dtype.kind == "U" and array.ndim
+        return tuple(array.tolist()) if names else readonly(array) if array.ndim else array.item()
+
     with np.load(path) as file:
-        return ConfigurationTable(
-            robot=str(file["robot"]),
-            group=str(file["group"]),
-            frame=str(file["frame"]),
-            reference=str(file["reference"]),
-            joint_names=tuple(file["joint_names"].tolist()),
-            positions=readonly(file["positions"]),
-            translation=readonly(file["translation"]),
-            quaternion=readonly(file["quaternion"]),
-            manipulability=readonly(file["manipulability"]),
-            clear=file["clear"],
-        )
+        return {each.name: stated(file[each.name]) for each in fields(kind)}
 
 
 def _read_parquet(path: Path | str) -> ConfigurationTable:

@@ -225,7 +225,6 @@ class DepthNoise(Value):
 
 
 NOISELESS = DepthNoise()
-"""Exact measurements."""
 
 
 @checked

@@ -534,7 +534,6 @@ class Timing(Value):
 
 
 ALWAYS = Timing()
-"""At rest and always existing."""
 
 
 def timing_of(

@@ -13,7 +13,6 @@ from trajopt.server.limits import RequestRefused, Why
 from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, ToWorker, WorkerReady, framed
 
 START = 120.0
-"""Time-out of a worker's start [s]."""
 READ_AT_ONCE = 2**20
 """Bytes of a worker's answer that are taken in before its reader is woken: most answers are shorter."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")

@@ -29,7 +29,6 @@ FLOOR_GROUP, ROBOT_GROUP, OBJECT_GROUP, HALO_GROUP, UNSEEN_GROUP = range(5)
 """Geometry groups of MuJoCo: the floor; robot, attached and loose objects; other objects; halos of objects
 with a position error; absent objects."""
 HALO = 0.18
-"""Opacity of halos."""
 HALO_BUILT = 0.01
 """Initial distance of halos, which need some size as surfaces [m]."""
 
@@ -47,7 +46,6 @@ PALETTE: tuple[Colour, ...] = (
     (0.83, 0.74, 0.50, 1.0),
     (0.45, 0.67, 0.66, 1.0),
 )
-"""Colours of obstacles."""
 FARTHEST = 15.0
 """Distance at which the floor fades into the sky, in sizes of the shown region."""
 WOODEN = ("table", "shelf", "desk", "bench", "board", "pallet")
@@ -255,7 +253,6 @@ def adapt_to_camera(model: mujoco.MjModel, azimuth: float, distance: float) -> N
 
 T = TypeVar("T")
 PATH_POINTS = 61
-"""Points of a tool path."""
 
 
 class PosedModel:

@@ -144,11 +144,9 @@ def _silent(_: float) -> None:
 WIDTH, HEIGHT = 320, 240
 """Size of a thumbnail [pixels]."""
 SHADOW = 1024
-"""Edge of its shadow map [pixels]."""
 JPEG_QUALITY = 80
 """JPEG quality without visible artefacts; a hundred thumbnails take one or two megabytes."""
 TYPE = "image/jpeg"
-"""Its media type."""
 
 
 def thumbnail(reduced: ReducedModel, trajectory: Trajectory | None) -> bytes:

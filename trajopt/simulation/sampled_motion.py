@@ -16,7 +16,6 @@ from trajopt.values.trajectory import Trajectory
 MOST_SAMPLES = 100_000
 """Largest number of samples of a planned motion."""
 MOST_PICTURES = 100_000
-"""Largest number of frames of a film."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,6 @@ class DrawnDepth:
 
 
 PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
-"""Colour of tool paths."""
 PATH_RADIUS = 0.003
 """Radius of tool paths, as a share of half the size of the shown region."""
 SAME_PICTURE = 1e-5

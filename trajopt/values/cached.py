@@ -86,7 +86,6 @@ class LruCache(Generic[Key, Value]):
 
 
 Arrays: TypeAlias = Mapping[str, NDArray[Any]]
-"""Arrays by name."""
 
 
 def cached_arrays(

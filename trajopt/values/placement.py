@@ -17,7 +17,6 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.likely_units import stated_angles
 
 WORLD = "world"
-"""Name of the root frame."""
 
 
 FARTHEST = 1e6

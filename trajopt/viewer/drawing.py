@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 TRANSLUCENT = 0.35
 """Opacity of objects that are seen through."""
 HALO = 0.3
-"""Opacity of the halos around uncertain objects."""
 FLOOR_EDGE = 4.0
 """Edge of the floor grid [m]."""
 WITNESS_SIZE = 0.006
@@ -369,7 +368,6 @@ class Ghost:
 
 
 SECTORS = 32
-"""Number of edges of a drawn circle."""
 PLANE_EDGE = 4.0
 """Edge of the square that represents a half-space [m]."""
 PLANE_DEPTH = 0.002

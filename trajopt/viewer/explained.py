@@ -22,7 +22,6 @@ from trajopt.why import Explanation
 LETTERS = 116
 """Characters per line of the text over the picture."""
 LINES = 6
-"""Most lines of text."""
 GOAL_SIZE = 0.02
 """Radius of the ball at a goal [m]."""
 GHOSTS = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)

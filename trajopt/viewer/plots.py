@@ -333,7 +333,6 @@ HISTORIES = (
     "verified in the end, a cross where not"
 )
 WIDTH = 10.0
-"""Of every figure [inch]."""
 
 
 def comparison_figures(runs: Sequence[RunOutcome]) -> Mapping[str, str]:

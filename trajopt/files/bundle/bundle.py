@@ -38,7 +38,6 @@ FORMAT = "trajopt bundle"
 VERSION = 1
 """Format version. trajopt reads all older versions and refuses newer ones."""
 SUFFIX = ".trajopt"
-"""File name extension of bundles."""
 DESCRIPTION, PROBLEM, ARGUMENTS, ANSWER, MOTION, EXPLANATION, URDF = (
     *("bundle.json", "problem.json", "arguments.json", "answer.json", "motion.json"),
     *("explanation.json", "robot.urdf"),
@@ -54,7 +53,6 @@ MOST_VALUES = 500_000
 """Largest number of values in a document; ten thousand boxes in a scene have about 350,000."""
 _NO_FOLDER = Path("/nonexistent")  # placeholder for meshes that were not unpacked
 VALUE = "value.json"
-"""The document of a single value."""
 
 
 class Holds(Enum):

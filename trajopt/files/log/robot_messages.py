@@ -30,9 +30,7 @@ from trajopt.values.shapes.shapes import (
 from trajopt.values.trajectory import Trajectory
 
 LINK: Json = {"r": 0.8, "g": 0.81, "b": 0.83, "a": 1.0}
-"""Colour of links."""
 OBJECT: Json = {"r": 0.47, "g": 0.67, "b": 0.87, "a": 1.0}
-"""Colour of objects."""
 FLOOR = (4.0, 4.0, 1e-3)
 """Size of the box that shows a half-space [m]."""
 DELETE_ALL = 1

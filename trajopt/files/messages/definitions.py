@@ -245,7 +245,6 @@ Marker: int32 CUBE=1, SPHERE=2, CYLINDER=3, MESH_RESOURCE=10; Header header; str
 MarkerArray: Marker[] markers
 """,
 }
-"""The definitions by package."""
 
 
 @dataclass(frozen=True)

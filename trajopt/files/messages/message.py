@@ -19,7 +19,6 @@ NANOSECONDS = 10**9
 KINDS = ("msg", "srv", "action")
 """Folder of a message in ROS 2, between its package and its name."""
 ROS1_TIMES = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
-"""Names of times in ROS 1."""
 
 
 class Message:

@@ -32,11 +32,9 @@ from trajopt.verify.kernel.motion import JudgedMotion, TimedMotion
 
 LEAF = np.dtype([("begin", "<u2"), ("direction", "<i2", (3,))])
 SUFFIX = ".proof"
-"""File name extension of proofs."""
 MOST_JOINTS = 1_000
 """Most joints of a proof, and the world."""
 MOST_TIMES = 60_000
-"""Most times of a proof's grid."""
 SHORTEST_OF_TORQUE = 1e-3
 """Shorter intervals are not cut for the sake of torque [s]: at a limit that is just kept there is no end."""
 
@@ -184,7 +182,6 @@ def _witness(times: Floats, leaves: Leaves, grid: Floats, pairs: int) -> bytes:
 
 
 CHECKER = Path(trajopt.verify.__file__).parent / "checker"
-"""The folder of the checker."""
 PROVEN, REFUSED = 0, 1
 
 

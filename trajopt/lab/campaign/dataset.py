@@ -120,7 +120,6 @@ def read_dataset(path: Path | str) -> Dataset:
 
 
 MOTIONS = ("joint_names", "times", "positions", "velocities", "accelerations")
-"""Columns of a motion."""
 
 
 @dataclass(frozen=True)

@@ -147,10 +147,8 @@ WIDTH, HEIGHT = 640, 300
 LEFT, RIGHT, TOP, BOTTOM = 60, 16, 14, 42
 """Room for the axes' numbers and names [px]."""
 CELL = 26
-"""Of a map [px]."""
 MAP_AXES = "x of the base [m], y upward [m]; white: nothing is verified, dark: all"
 MOST_POINTS = 400
-"""Most points of a curve."""
 
 
 def distribution(times: Floats, name: str) -> str:

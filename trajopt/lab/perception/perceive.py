@@ -71,7 +71,6 @@ class Cloud(Value):
 
 
 Measured = DepthImage | PointCloud
-"""A measurement of one sensor at one time."""
 M = TypeVar("M", DepthImage, Measured)
 MOST_CELLS = 1 << 24
 """Largest number of cells of a workspace for unseen space: 256 along each side."""

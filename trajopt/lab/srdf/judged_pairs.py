@@ -150,7 +150,6 @@ class PairEvidence(Value):
 FIRST_BATCH = 64
 """Configurations at which every distance is measured; later ones only search smaller distances."""
 BATCH = 2048
-"""Configurations per batch."""
 
 STARTS = 8
 """Number of starts of each descent."""
@@ -159,7 +158,6 @@ AROUND = 0.3
 STEP = 0.2
 """First step of the joint that moves most [rad | m]."""
 STEPS = 30
-"""Steps of each descent."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,6 @@ details { border: 1px solid var(--line); border-radius: 6px; margin: .4rem 0; pa
 summary { cursor: pointer; padding: .45rem 0; }
 .good { color: var(--good); } .bad { color: var(--bad); } .faint { opacity: .7; }
 """
-"""Of every page."""
 
 
 def document(title: str, style: str, body: str) -> str:

@@ -67,7 +67,6 @@ def numbers(
 
 
 SUFFIX = ".xacro"
-"""Suffix of xacro files."""
 _PACKAGE = "xacrodoc"
 _CHILD = Path(__file__).with_name("xacro_child.py")
 _ROS = ("AMENT_", "COLCON_", "ROS_")

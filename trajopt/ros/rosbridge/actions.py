@@ -49,7 +49,6 @@ SERVICES: Mapping[str, MoveItService] = {
         "apply_planning_scene": "ApplyPlanningScene",
     }.items()
 }
-"""MoveIt's services by name."""
 
 
 @dataclass(frozen=True)

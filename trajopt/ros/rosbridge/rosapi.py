@@ -21,7 +21,6 @@ Reply: TypeAlias = Mapping[str, object]
 NODE = "/trajopt"
 """Name of the server's node, the only node except the clients."""
 PARAMETERS = 1000
-"""Most parameters."""
 LARGEST = 100_000
 """Most characters of a parameter set by a client."""
 

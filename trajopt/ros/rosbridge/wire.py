@@ -17,7 +17,6 @@ _ENCODER = msgspec.json.Encoder()
 MESSAGES = 8
 """Most incomplete messages of a client at a time."""
 PIECES = 10_000
-"""Most fragments of one message."""
 
 
 class Incoming(msgspec.Struct):

@@ -237,7 +237,6 @@ OPEN = ("/health", "/", "/page.js", "/page.css")
 JSON, BYTES = "application/json", "application/octet-stream"
 """Accepted content types. A page of another site cannot send either without a preflight request."""
 Denial: TypeAlias = tuple[int, str, str]
-"""A status, a kind and a reason."""
 
 
 class RequestGuard:

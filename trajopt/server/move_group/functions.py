@@ -29,12 +29,10 @@ from trajopt.values.placement import Placement
 from trajopt.verify import Judge
 
 PIPELINE = "trajopt"
-"""The one planning pipeline."""
 PLANNERS = tuple(METHODS)
 """Planner ids: the planning methods, the default first."""
 
 PerAxis: TypeAlias = tuple[float, float, float]
-"""A number for each of three axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +225,6 @@ def _options(settings: Settings) -> GraspingOptions:
 FUNCTIONS: Mapping[str, Callable[..., Result | Followed | PickPlaceResult]] = {
     function.__name__: function for function in (solved, followed_through, picked, put_down)
 }
-"""All of them by name."""
 
 
 HALVINGS = 6

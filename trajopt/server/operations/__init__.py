@@ -36,4 +36,3 @@ OPERATIONS: Mapping[str, Operation] = {
     "call": Operation(call),
     "drive": Operation(drive, Lane.DRIVING),
 }
-"""The operations by name."""

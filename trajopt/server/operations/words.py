@@ -49,7 +49,6 @@ WORDS: Mapping[str, Callable[..., object]] = {
     "track": Track.through,
     "prediction": Prediction,
 }
-"""Word -> function."""
 
 
 def value_of(node: Node) -> Any:

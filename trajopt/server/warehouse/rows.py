@@ -21,7 +21,6 @@ from trajopt.values.arrays import several
 from trajopt.values.errors import EntryNotFound, ModelError, shown
 
 COLUMNS = "id, kind, name, version, made, robot, goal, status, duration, note, fingerprint"
-"""Columns of an `Entry`."""
 _TAGGED = "EXISTS (SELECT 1 FROM tags WHERE entry = id AND tag = ?)"
 _SAYS = (
     "(instr(words, ?) OR instr(folded(note), ?) OR EXISTS "

@@ -30,7 +30,6 @@ from trajopt.values.errors import ModelError, TrajoptError, shown
 from trajopt.values.errors.arguments import check_arguments
 
 TYPES = ("float64", "int64", "int32", "bool")
-"""Types of numbers in arrays."""
 Kinds = Mapping[str, type[Any]]
 """Classes by the names that files use: nothing else is ever made of a file."""
 Form = Callable[[Node], object]

@@ -19,7 +19,6 @@ from trajopt.values.errors import FileFormatError, TrajoptError, shown
 LARGEST_FILE = 2**28
 """Largest text file [bytes]."""
 DEEPEST = 100
-"""Largest number of nested levels."""
 _NESTING = re.compile(r"[\[{]|[\]}]|(?:[-?:][ \t]+){100}|\n {1000}")
 # YAML 1.1 takes 1e-05 (no point) for a string; writers in other languages mean the number.
 _SURROGATE = re.compile(r"[\ud800-\udfff]|\\u[dD][89a-fA-F]")

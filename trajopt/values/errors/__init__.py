@@ -324,7 +324,6 @@ def warn_of_unit(words: str) -> None:
 
 
 LISTED = 12
-"""Largest number of names in a message."""
 
 
 def listed(names: Sequence[str]) -> str:
@@ -333,7 +332,6 @@ def listed(names: Sequence[str]) -> str:
 
 
 SHOWN_LENGTH = 80
-"""Characters of a value in a message."""
 VECTOR = 8
 """Largest vector that is written out in a message."""
 
@@ -364,7 +362,6 @@ def shown(value: object) -> str:
 
 
 PATH_LENGTH = 200
-"""Characters of a path in a message."""
 
 
 def end_of(path: str) -> str:

@@ -77,7 +77,6 @@ COLOURS: dict[Reachability, Rgb] = {
     Reachability.BEYOND_LIMITS: palette.STOP,
     Reachability.OUT_OF_REACH: (0x88, 0x88, 0x88),
 }
-"""Of the robot at its goal."""
 
 
 class GoalDrawing:

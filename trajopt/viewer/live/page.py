@@ -52,7 +52,6 @@ WORDS = {
     "nearest": ("nearest pairs", "The nearest pairs, with their distances."),
     "reach": ("reach of the hand", "The collision-free reach of the hand; takes a moment."),
 }
-"""A label and a hint for each."""
 
 
 class ShownPanel:

@@ -280,7 +280,6 @@ def amount(value: float) -> str:
 
 
 Reported = Result | Plan | Problem | Bundle
-"""Possible subjects of a report."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 ASPECT = 1.8
 """Width over height that the motion is framed for: of a page as wide as a screen, half as high."""
 RATE = 25.0
-"""Frames per second."""
 FEWEST, MOST = 60, 600
 """Smallest and largest number of frames of a motion."""
 HOST = "127.0.0.1"
@@ -168,7 +167,6 @@ QUALITY = 85
 WALK = 4.0
 """Seconds in which a path without timing is walked along: slow enough to be looked at."""
 GOAL = SURFACES[2]
-"""Colour of the goal."""
 MOMENT = 1e-3
 """Time between two configurations in one picture [s]: dynamic obstacles hardly move."""
 

@@ -17,16 +17,12 @@ from trajopt.viewer.palette import LINES, hexadecimal
 from trajopt.viewer.report.measured import Binding, Chart, Measured, Peak, Subject
 
 PAIRS = 12
-"""Nearest pairs that are listed."""
 ATTEMPTS = 40
-"""Attempts that are listed."""
 WAYS = 8
-"""Blocks that are listed."""
 STAGES = {
     "examine": "examining start and goal", "seed": "first guesses", "optimise": "optimising",
     "retime": "timing", "verify": "judging", "explain": "explaining",
 }  # fmt: skip
-"""Names of the stages of planning."""
 
 
 def section(name: str, title: str, body: str) -> str:
@@ -265,17 +261,12 @@ WIDTH, HEIGHT = 960, 190
 LEFT, RIGHT, TOP, BOTTOM = 46, 8, 8, 24
 """Around the curves."""
 STRIP = 20
-"""Height of a strip."""
 NAMES = 260
-"""Width of the names of strips."""
 LONGEST = 40
-"""Characters of a name next to its strip."""
 DASHES = ("", "6 3", "2 3", "8 3 2 3")
 """Of curves whose colours are used already."""
 TICKS = 5
-"""About as many as there are on an axis."""
 Place = Callable[[float], float]
-"""Coordinate of a time or a value."""
 
 
 def plot(chart: Chart) -> str:

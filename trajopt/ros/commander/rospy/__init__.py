@@ -22,7 +22,6 @@ from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.values.errors import shown
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
-"""Log levels for `init_node`."""
 
 _LOG = logging.getLogger("trajopt.ros.commander")
 

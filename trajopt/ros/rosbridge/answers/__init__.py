@@ -30,4 +30,3 @@ OPERATIONS: Mapping[str, Operation] = {
     "moveit/execute_trajectory": Operation(execute_trajectory, Lane.DRIVING),
     "moveit/follow_joint_trajectory": Operation(follow_joint_trajectory, Lane.DRIVING),
 }
-"""Operations for clients made for ROS, by name."""

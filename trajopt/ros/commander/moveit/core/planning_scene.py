@@ -18,7 +18,6 @@ from trajopt.values.arrays import Floats
 
 _LOG = logging.getLogger("trajopt.ros.commander")
 ALL = 0xFFFF
-"""All components of a scene."""
 
 
 @speaks_moveit
