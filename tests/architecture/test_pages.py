@@ -25,6 +25,9 @@ SPAN = re.compile(r"`([^`\n]+)`")
 FILE = re.compile(r"(?:trajopt|tests|benchmarks|robots|problems|examples|notebooks|docs)(?:/[\w.-]+)+/?")
 MODULE = re.compile(r"trajopt(?:\.\w+)+")
 LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
+ANCHOR = re.compile(r"\]\((?!https?:)([^)#\s]*)#([\w-]+)\)")
+HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
+CODE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
 MAKE = re.compile(r"\bmake ([a-z][a-z-]*)")
 NOT_PYTHON = {"trajopt.robots", "trajopt.methods", "trajopt.problems"}
 """Entry-point groups; the second is a module, too."""
@@ -73,6 +76,24 @@ def dead_links(page: Path) -> list[str]:
     return sorted(laid | {target for target, there in targets.items() if not there.exists()})
 
 
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub and MyST name them."""
+    titles = HEADING.findall(CODE.sub("", page.read_text()))
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def dead_anchors(page: Path) -> list[str]:
+    """Return the links of a page to headings that do not exist."""
+    links = (
+        (page.parent / name if name else page, anchor) for name, anchor in ANCHOR.findall(page.read_text())
+    )
+    return [
+        f"{there.name}#{anchor}"
+        for there, anchor in links
+        if there.suffix == ".md" and there.exists() and anchor not in anchors(there)
+    ]
+
+
 def missing_commands(page: Path) -> list[str]:
     """Return the targets of make that a page names and that the Makefile does not have."""
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
@@ -87,7 +108,9 @@ def missing_commands(page: Path) -> list[str]:
     return sorted(named - targets)
 
 
-@pytest.mark.parametrize("missing", [missing_files, missing_names, dead_links, missing_commands])
+@pytest.mark.parametrize(
+    "missing", [missing_files, missing_names, dead_links, dead_anchors, missing_commands]
+)
 def test_pages_name_existing_files(missing: Callable[[Path], list[str]]) -> None:
     pages = [*PAGES, WORKFLOW] if missing is missing_commands else PAGES
     found = {ids(page): names for page in pages if (names := missing(page))}
@@ -97,6 +120,13 @@ def test_pages_name_existing_files(missing: Callable[[Path], list[str]]) -> None
 def test_a_name_that_is_gone_is_seen() -> None:
     assert exists("trajopt.optimise.solvers.Sqp") and exists("trajopt.timing")
     assert not exists("trajopt.optimise.solvers.Newton") and not exists("trajopt.room")
+
+
+def test_a_link_to_a_missing_heading_is_reported(tmp_path: Path) -> None:
+    (tmp_path / "other.md").write_text("# A `name`, and more\n")
+    page = tmp_path / "page.md"
+    page.write_text("## Here\n[a](#here) [b](#there) [c](other.md#a-name-and-more) [d](other.md#gone)\n")
+    assert dead_anchors(page) == ["page.md#there", "other.md#gone"]
 
 
 def test_the_workflow_runs_every_supported_python() -> None:
