@@ -363,6 +363,11 @@ class Robot(Value):
         return followed(self.joint_names, self.mimics, positions, checked=checked)
 
     def state(self, name: str, *, group: str | None = None) -> Mapping[str, float]:
+        """Return a named state of a group, as joint -> position [rad | m].
+
+        Raises:
+            StateNotFound: If there is none of that name.
+        """
         _ = one_of("state", name, str), None if group is None else one_of("group", group, str)
         for (owner, state), values in self.states.items():
             if state == name and group in (None, owner):

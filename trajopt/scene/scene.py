@@ -423,6 +423,7 @@ class Scene(Value):
         start, afterwards at its end.
 
         Args:
+            name: Prefix of the objects' ids.
             motion: A plan, a result that has one, or a reduced model.
             trajectory: The motion of a reduced model; None for a plan's own.
             base: Placement of the other scene's world in this scene's world.
@@ -594,6 +595,9 @@ class Scene(Value):
     def detach(self, name: str, *, at: ConfigurationLike) -> Scene:
         """Leave an object in the world at its place in a configuration, at time 0.
 
+        Args:
+            at: The configuration; the end of a plan is one.
+
         Raises:
             ObjectNotFound: If there is none of that id.
             ModelError: If it is not attached.
@@ -670,6 +674,10 @@ class Scene(Value):
 
         Args:
             margin: Between all bodies of every kind, or between `a` and `b`.
+            a: One link, frame or object.
+            world: As for `with_clearance`.
+            carried: As for `with_clearance`.
+            robot: As for `with_clearance`.
 
         Raises:
             ShapeError: If a margin is negative or not finite.

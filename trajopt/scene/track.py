@@ -52,6 +52,8 @@ class Track(Value):
         coefficients: Of the origin's position in the world, in the time since the start of each piece,
             highest power first, shape (degree + 1, k, 3) [m].
         rotations: Of the frame at the start of each piece, shape (k, 3, 3).
+        axes: Unit rotation axis in each piece, in the frame itself, shape (k, 3).
+        rates: Angular velocity, shape (k,) [rad/s].
     """
 
     times: Floats
@@ -92,6 +94,10 @@ class Track(Value):
     @checked
     def through(times: ArrayLike, placements: Sequence[PlacementLike]) -> Track:
         """Make a track through placements, straight and at constant angular velocity between them.
+
+        Args:
+            times: Increasing, shape (k,) [s].
+            placements: Of the frame in the world, k of them.
 
         Raises:
             ShapeError: If there is not one placement for each of at least two increasing times.
@@ -135,6 +141,7 @@ class Track(Value):
             velocity: Of its origin in the world, shape (3,) [m/s].
             angular_velocity: Of the frame in the world, shape (3,) [rad/s].
             start: When it begins to move [s].
+            end: When it stops [s].
 
         Raises:
             ShapeError: If a number is not finite, or it stops before it begins.

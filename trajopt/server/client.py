@@ -273,7 +273,7 @@ class SessionCalls(Generic[Reply]):
         name: str = "",
         **options: Any,
     ) -> Reply:
-        """Plan a problem in the words of the Python API; `listener` is called with the best motion so far.
+        """Plan a problem in the words of the Python API; `listener` receives each better motion.
 
         Args:
             options: `certificate`, `seconds`, `improve`, `method`, `every_goal`, `free_duration`, `edits`.
@@ -304,7 +304,7 @@ class SessionCalls(Generic[Reply]):
 
     @checked
     def cancel(self, name: str) -> Reply:
-        """Cancel the request of that name; a plan answers with its best motion so far."""
+        """Cancel the request of that name; a plan answers with its best motion."""
         return self._send(Call("DELETE", f"/sessions/{self.id}/requests/{quote(name, safe='')}"))
 
     def close(self) -> Reply:

@@ -178,7 +178,7 @@ def counted(session: str, operation: str, observer: Callable[[Done], None] | Non
 
 
 class Cancellation:
-    """Cancels a request from elsewhere: pass it to `ask`, and call it."""
+    """Cancels a request from elsewhere, by a call."""
 
     def __init__(self) -> None:
         self._job: Job | None = None

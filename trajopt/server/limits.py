@@ -32,7 +32,7 @@ class Limits(Value):
             try.
         waiting_per_session: Likewise for one session, so that it cannot block the others.
         seconds: Time limit of a request, waiting included [s]; a request may set a shorter one.
-        grace: Time after which a process that was told to end is killed [s].
+        grace: Time that a process has to end before it is killed [s].
         memory: Memory of one request, beyond the present memory of its process [bytes].
         bodies: Total size of all requests in progress [bytes].
         cloud: Points of a cloud in a request; a depth camera of 640 x 480 pixels measures 307,200.

@@ -323,7 +323,7 @@ async def run_faces(
     observer: Callable[[Done], None] | None = None,
     warehouse: Warehouse | None = None,
 ) -> None:
-    """Start a service and its faces, and end them when the process is told to, or a face fails.
+    """Start a service and its faces, and end them on a signal, or if a face fails.
 
     The service ends first: meanwhile its faces refuse new requests, and answer running ones.
 

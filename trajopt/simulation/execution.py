@@ -158,6 +158,7 @@ def simulate(
         motion: A plan, or a result with a plan; or the reduced model (robot and scene) of a trajectory.
             Joints outside the group are at rest.
         trajectory: Of the group's joints, in any order; the one of the plan if None.
+        options: Step, gains, settling time.
 
     Raises:
         PlanningFailed: If the result has no plan.

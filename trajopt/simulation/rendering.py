@@ -53,15 +53,21 @@ def render(
         motion: The file; or, for a reduced model, the motion, simulated or planned. A simulated sequence has
             its own reduced model.
         path: The file, after a motion; its suffix selects the format.
+        width: Of one picture [pixels].
+        height: Of one picture [pixels].
+        fps: Pictures per second of GIF and MP4.
         moments: Times to show in a PNG [s]; if None, four at equal shares of the path in joint space.
         layout: Layout of several times in a PNG.
+        camera: The camera; if None, one that shows the whole motion.
         highlight: Links and objects with a special colour.
+        progress: Called with the share that is done, up to 1.
 
     Raises:
         PlanningFailed: If the result has no plan.
         ProblemError: If the motion or the file is missing.
         FileFormatError: If the suffix is another one (PNG for a problem), or the folder does not exist.
         MissingExtra: If a film (.mp4) is requested without the extra `film`.
+        RenderingUnavailable: If OpenGL does not work; it names the packages to install.
         ShapeError: If a size, `fps` or `moments` is invalid.
         ModelError: If the joints of the motion differ from the group's.
     """

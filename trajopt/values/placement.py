@@ -127,6 +127,15 @@ def placement(
 
     Returns:
         The placement; with identity orientation if none of the three is given.
+
+    Raises:
+        ShapeError: If a number is not finite, the quaternion is zero, the matrix is not a
+            rotation, or more than one orientation is given.
+        SizeError: If the position is farther than 1e6 m: there rounding exceeds a micrometre.
+        ProblemError: If `degrees` is neither true nor false.
+
+    Warns:
+        UnitWarning: If an angle in radians is beyond a whole turn.
     """
     translation = floats("xyz", xyz, (3,))
     if np.abs(translation).max() > FARTHEST:

@@ -145,6 +145,10 @@ class Trajectory(Value):
     def between(self, begin: float, end: float) -> Trajectory:
         """Return the part of the motion between two times, with its own time starting at 0.
 
+        Args:
+            begin: Start time, at least 0 [s].
+            end: End time, later, at most the duration [s].
+
         Raises:
             ShapeError: If the times are not in order or not within the motion.
         """

@@ -209,6 +209,8 @@ def view(
     Args:
         motion: A plan, or a result that has one; the result of a task or of a pick and place; or the reduced
             model (robot and scene) of a trajectory.
+        trajectory: The motion of the group's joints; the plan's own if None.
+        port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.
 
     Returns:

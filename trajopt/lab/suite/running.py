@@ -149,11 +149,18 @@ def compare(
     attempts: int = 8,
     cpu_seconds: float = 30.0,
 ) -> tuple[RunOutcome, ...]:
-    """Plan every problem with every method, with the same seeds, and judge all motions with the same judge.
+    """Plan every problem with every method, and judge all motions with the same judge.
 
     Args:
         problems: By name; or a sequence of problems or names of installed ones.
         methods: Methods, or names of installed ones.
+        attempts: Largest number of seeds; all methods get the same ones in the same order.
+        cpu_seconds: CPU time after which no further seed is tried [s].
+
+    Raises:
+        ProblemNotFound: If there is no installed problem of a name.
+        SolverNotFound: If there is no method of a name.
+        MissingExtra: If a package of a method is not installed.
     """
     chosen = [
         method_named(item) if isinstance(item, str) else one_of("method", item, Method)

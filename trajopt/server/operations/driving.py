@@ -107,7 +107,7 @@ class SupervisedRun:
 def execute(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Plan to a goal and drive the simulated robot there, with changes of the session's scene on the way.
 
-    `speed` is that of simulated time: 1 for real time, 0 for as fast as possible. Cancellation stops the
+    `speed` is the rate of simulated time: 1 for real time, 0 for as fast as possible. Cancellation stops the
     robot, and so does the end of `longest`, a simulated time [s].
     """
     arguments.only((*ABOUT, "speed", "longest"))

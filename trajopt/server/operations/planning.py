@@ -34,8 +34,8 @@ PLANNING = ("method", "seconds", "improve", "every_goal", "free_duration", "cert
 def plan(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Plan a problem, or MoveIt's motion plan request.
 
-    The answer is that of `trajopt plan --json`. The clearance takes a few milliseconds to measure, so the
-    certificate is included only with `certificate`; `verified` is always included.
+    The answer has the form of `trajopt plan --json`. The clearance takes a few milliseconds to measure, so
+    the certificate is included only with `certificate`; `verified` is always included.
     """
     arguments.only((*ABOUT, *PLANNING))
     problem, notes = problem_in(state, arguments)

@@ -44,7 +44,7 @@ def set_motions(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 def planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Apply a `moveit_msgs/PlanningScene`: the whole scene, or its changes if it `is_diff`.
 
-    Joint positions in it become those of the robot, unless it is being driven.
+    The robot takes joint positions in it, unless it is being driven.
     """
     before = state
     state, notes = scene_of_message(state, arguments)

@@ -76,7 +76,7 @@ def call(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 def drive(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Drive the simulated robot along a trajectory, in a scene that may differ from the session's.
 
-    `speed` is that of simulated time: 1 for real time, 0 for as fast as possible. Cancellation stops the
+    `speed` is the rate of simulated time: 1 for real time, 0 for as fast as possible. Cancellation stops the
     robot.
     """
     arguments.only(("scene", "group", "trajectory", "speed"))

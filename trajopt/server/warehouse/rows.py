@@ -90,7 +90,7 @@ class Conditions:
 
 
 def moment(when: datetime) -> str:
-    """Return a time in UTC as text, whose order is that of times.
+    """Return a time in UTC as text that sorts by time.
 
     A time without a zone is local.
     """

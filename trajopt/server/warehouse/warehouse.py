@@ -48,7 +48,7 @@ from trajopt.values.errors.arguments import checked
 class Warehouse:
     """A file that stores values by name and version.
 
-    A completed call is durable, whatever happens to the process or machine; several processes
+    A completed call is durable; several processes
     and threads may use one file. `with Warehouse("cell.warehouse") as kept:` closes it.
 
     A missing entry is an EntryNotFound, a damaged or unwritable file a FileFormatError, and an invalid or
