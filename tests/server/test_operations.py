@@ -1,6 +1,7 @@
 """What can be asked for: each operation on a planar arm or a Panda, without processes."""
 
 import json
+from base64 import b64decode
 from contextlib import suppress
 from dataclasses import replace
 from inspect import signature
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.files.proof import Proof
 from trajopt.robot.configuration import initial_positions
 from trajopt.server import RequestRefused, SessionState, Watch
 from trajopt.server.limits import check_sizes
@@ -59,6 +61,16 @@ def test_a_plan_in_the_words_of_the_python_api() -> None:
 def test_a_plan_without_a_certificate_says_that_it_is_verified() -> None:
     answer, _ = ask("plan", {"problem": REACH})
     assert answer["verified"] and answer["certificate"] is None
+
+
+def test_a_proof_is_returned_if_requested() -> None:
+    answer, _ = ask("plan", {"problem": REACH, "proof": True})
+    assert Proof(b64decode(answer["proof"])).check().proven
+    assert "proof" not in ask("plan", {"problem": REACH})[0]
+    held = ask("edit", {"edits": [{"add": {**POST["add"], "placement": {"xyz": [0.7, 0.35, 0.14]}}}]})[1]
+    failed, _ = ask("plan", {"problem": REACH, "proof": True}, held)
+    assert not failed["verified"] and failed["proof"] is None
+    assert "there is no proof" in failed["notes"][-1]
 
 
 def test_placements_constraints_and_goals_among_several() -> None:

@@ -203,16 +203,11 @@ class Plan:
         write_json(path, {**status, **self.trajectory.as_dict(), **certificate})
 
     @checked
-    def save(self, path: FilePath | str) -> None:
-        """Write a bundle, as `Result.save`, without the report of planning.
-
-        Raises:
-            ModelError: If the problem holds the caller's code, which no file can hold.
-            FileFormatError: If the file cannot be written.
-        """
+    def save(self, path: FilePath | str, *, proof: bool = False) -> None:
+        """Write a bundle, as `Result.save`, without the report of planning."""
         from trajopt.files.bundle import save
 
-        save(self, path)
+        save(self, path, proof=proof)
 
     @checked
     def save_proof(self, path: FilePath | str) -> None:
@@ -446,20 +441,24 @@ class Result:
         write_json(path, self.as_dict())
 
     @checked
-    def save(self, path: FilePath | str) -> None:
+    def save(self, path: FilePath | str, *, proof: bool = False) -> None:
         """Write a bundle: one file with robot, scene, problem, motion and verdict, or with the failure.
 
         `trajopt check`, `view` and `replay` take it on a machine without the robot's files; see
         `trajopt.files.bundle.read_bundle`.
 
+        Args:
+            proof: Whether to include a proof of the motion (docs/proofs.md).
+
         Raises:
             ModelError: If the problem holds the caller's code, which no file can hold.
+            ProblemError: If a proof is requested, but there is no verified motion, or no witness is found.
             FileFormatError: If the file cannot be written.
         """
         # Bundles are a higher layer, which reads and plans anew; a result only knows where to find it.
         from trajopt.files.bundle import save
 
-        save(self, path)
+        save(self, path, proof=proof)
 
     @property
     def reason(self) -> str:

@@ -276,7 +276,8 @@ class SessionCalls(Generic[Reply]):
         """Plan a problem in the words of the Python API; `listener` receives each better motion.
 
         Args:
-            options: `certificate`, `seconds`, `improve`, `method`, `every_goal`, `free_duration`, `edits`.
+            options: `certificate`, `proof`, `seconds`, `improve`, `method`, `every_goal`, `free_duration`,
+                `edits`.
         """
         arguments = {"problem": dict(problem), **options}
         return self.ask("plan", arguments, listener=listener, timeout=timeout, name=name)

@@ -3,6 +3,7 @@
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,16 @@ import pytest
 import trajopt as to
 from trajopt.files.bundle import Holds, read_bundle, save
 from trajopt.files.bundle.codec import BundleReader, BundleWriter, kinematics_document, model_from
+from trajopt.files.proof import prove
 from trajopt.optimise.terms.user_functions import FunctionResidual
 from trajopt.planning import Result
 from trajopt.problem.problem import named_problem
 from trajopt.problem.residual import Constraint
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import FileFormatError, ModelError
+from trajopt.values.errors import FileFormatError, ModelError, ProblemError
 from trajopt.values.shapes.shapes import Convex, convex
+
+from .conftest import members_of, write_members
 
 EVERY_KIND = (
     *("cup_past_pillar", "wiping_panda", "keep_in_view_panda", "two_arms_tray", "past_column_pr2"),
@@ -42,6 +46,44 @@ def test_a_plan_is_read_as_it_was(solved: Result, kept: Path) -> None:
     assert str(bundle.problem) == str(solved.problem)
     assert bundle.judged().verified
     assert "past a ball" in str(bundle) and "a plan" in str(bundle)
+
+
+def test_a_proof_is_kept_and_checked(solved: Result, tmp_path: Path) -> None:
+    solved.require().save(tmp_path / "plan.trajopt", proof=True)
+    solved.save(tmp_path / "result.trajopt", proof=True)
+    proof = read_bundle(tmp_path / "plan.trajopt").proof
+    assert proof is not None and proof.check().proven
+    other = read_bundle(tmp_path / "result.trajopt").proof
+    assert other is not None and other.data == proof.data
+    solved.require().save_proof(tmp_path / "x.proof")
+    assert (tmp_path / "x.proof").read_bytes() == proof.data
+
+
+def test_a_proof_of_another_motion_or_scene_is_refused(solved: Result, kept: Path, tmp_path: Path) -> None:
+    assert read_bundle(kept).proof is None
+    problem, plan = solved.problem, solved.require()
+    motion = plan.trajectory
+    slower = to.Trajectory(
+        motion.joint_names,
+        2.0 * motion.times,
+        motion.positions,
+        motion.velocities / 2.0,
+        motion.accelerations / 4.0,
+    )
+    moved = replace(problem, scene=problem.scene.move("ball", to.placement((0.65, 0.7, 0.1))))
+    members = members_of(kept)
+    for field, proof in {
+        "motion": prove(problem, slower).data,
+        "parts": prove(moved, motion).data,
+        "title": prove(replace(problem, name="another"), motion).data,
+        "statement": b"proof/1 3\n{}}" + bytes(36),
+        "proof/1": b"proven",
+    }.items():
+        path = write_members(tmp_path / "other.trajopt", {**members, "motion.proof": proof})
+        with pytest.raises(FileFormatError, match=field):
+            read_bundle(path)
+    with pytest.raises(ProblemError, match="no motion"):
+        save(problem, tmp_path / "x.trajopt", proof=True)
 
 
 @pytest.mark.parametrize("name", EVERY_KIND)

@@ -56,6 +56,16 @@ def test_a_plan(plan: to.Result, tmp_path: Path) -> None:
     assert "ms shorter" in page
 
 
+def test_a_proof_is_shown_with_its_size_and_statement(plan: to.Result, tmp_path: Path) -> None:
+    plan.save(tmp_path / "kept.trajopt", proof=True)
+    bundle = read_bundle(tmp_path / "kept.trajopt")
+    assert bundle.proof is not None
+    page = unescape(text_of(bundle, tmp_path))
+    assert "Proof file" in titles(page)
+    assert '<b class="good">PROVEN</b>' in page and str(bundle.proof.size) in page
+    assert "the motion has the stated start and ends at rest" in page
+
+
 def test_a_bundle_says_the_same_as_its_result(plan: to.Result, kept: Bundle, tmp_path: Path) -> None:
     def without_date(page: str) -> str:
         return re.sub(r"<footer>.*?</footer>", "", page)

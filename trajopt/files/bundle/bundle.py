@@ -20,6 +20,7 @@ from trajopt.files.bundle.containers import (
     digest,
     write_archive,
 )
+from trajopt.files.proof import Proof, prove
 from trajopt.planning.budget import Budget
 from trajopt.planning.judgement import judge
 from trajopt.planning.plan_arguments import PlanArguments, Recalled
@@ -28,7 +29,7 @@ from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, Value, floats, one_of
 from trajopt.values.documents.document import Node
 from trajopt.values.documents.files import read_bytes, refuse_deep_nesting
-from trajopt.values.errors import FileFormatError, ModelError, ShapeError, TrajoptError, shown
+from trajopt.values.errors import FileFormatError, ModelError, ProblemError, ShapeError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Path as PlannedPath
 from trajopt.values.trajectory import Trajectory
@@ -38,9 +39,9 @@ FORMAT = "trajopt bundle"
 VERSION = 1
 """Format version. trajopt reads all older versions and refuses newer ones."""
 SUFFIX = ".trajopt"
-DESCRIPTION, PROBLEM, ARGUMENTS, ANSWER, MOTION, EXPLANATION, URDF = (
+DESCRIPTION, PROBLEM, ARGUMENTS, ANSWER, MOTION, EXPLANATION, URDF, PROOF = (
     *("bundle.json", "problem.json", "arguments.json", "answer.json", "motion.json"),
-    *("explanation.json", "robot.urdf"),
+    *("explanation.json", "robot.urdf", "motion.proof"),
 )
 """The documents of a bundle; arrays are in `arrays/`, meshes in `meshes/`."""
 _PACKAGES = ("numpy", "pin", "coal", "casadi", "osqp", "mujoco", "scipy")
@@ -72,6 +73,7 @@ class Bundle(Value):
         custom_method: Whether the method was an object with its own options, which a file cannot hold.
         trajectory: The motion, verified or not; None if planning did not reach one.
         path_planned: The path without timing; None if planning did not reach one.
+        proof: Of the motion, if it was requested; `proof.check()` runs the checker.
     """
 
     path: Path
@@ -86,6 +88,7 @@ class Bundle(Value):
     path_planned: PlannedPath | None = None
     answer: Mapping[str, object] = field(default_factory=dict[str, object])
     explanation: Mapping[str, object] = field(default_factory=dict[str, object])
+    proof: Proof | None = None
 
     @property
     def status(self) -> str:
@@ -122,24 +125,32 @@ class Bundle(Value):
 
 
 @checked
-def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = True) -> None:
+def save(
+    what: Result | Plan | Problem, path: Path | str, *, explained: bool = True, proof: bool = False
+) -> None:
     """Write a result, a plan or a problem as a bundle, with visual meshes.
 
     Args:
         path: By convention with the extension ".trajopt".
         explained: Whether to include the explanation of a failure (`Result.explain`), which may take seconds.
+        proof: Whether to include a proof of the motion (docs/proofs.md), which takes some 0.2 s.
 
     Raises:
         ModelError: If the problem contains code of the caller, which a file cannot hold.
+        ProblemError: If a proof is requested, but there is no verified motion, or no witness is found.
         FileFormatError: If the file cannot be written, or a mesh of the robot cannot be read.
     """
-    write_archive(path, bundle_members(what, explained=explained))
+    write_archive(path, bundle_members(what, explained=explained, proof=proof))
 
 
-def bundle_members(what: Result | Plan | Problem, *, explained: bool = True) -> dict[str, bytes]:
+def bundle_members(
+    what: Result | Plan | Problem, *, explained: bool = True, proof: bool = False
+) -> dict[str, bytes]:
     """Return the members of a bundle by name; see `save`."""
     writer, members = BundleWriter(), dict[str, bytes]()
     problem = what if isinstance(what, Problem) else what.problem
+    if proof:
+        members[PROOF] = _proof(what).data
     members[PROBLEM] = _json(writer.document(problem, "problem"))
     if not isinstance(what, Problem):
         members |= _answer_members(writer, what)
@@ -160,6 +171,12 @@ def bundle_members(what: Result | Plan | Problem, *, explained: bool = True) -> 
         "members": {name: digest(data) for name, data in members.items()},
     }
     return {DESCRIPTION: _json(described), **members}
+
+
+def _proof(what: Result | Plan | Problem) -> Proof:
+    if isinstance(what, Problem) or what.trajectory is None:
+        raise ProblemError(f"there is no motion of {shown(what)} that could be proven: save it without proof")
+    return prove(what.problem, what.trajectory)
 
 
 def named_members(writer: BundleWriter) -> dict[str, bytes]:
@@ -285,7 +302,21 @@ def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
         path_planned=motion.get("path"),
         answer=_plain(archive, ANSWER),
         explanation=_plain(archive, EXPLANATION),
+        proof=_stored_proof(archive, problem, motion.get("trajectory")),
     )
+
+
+def _stored_proof(archive: Members, problem: Problem, trajectory: Trajectory | None) -> Proof | None:
+    if PROOF not in archive.names:
+        return None
+    proof = Proof(archive.read(PROOF))
+    try:
+        field = "motion" if trajectory is None else proof.differs_from(problem, trajectory)
+    except FileFormatError as error:
+        raise archive.error(f"{PROOF} is damaged: {error}") from error
+    if field:
+        raise archive.error(f"{PROOF} is not a proof of this plan: its {field} differs")
+    return proof
 
 
 def document_in(archive: Members, name: str) -> Node:

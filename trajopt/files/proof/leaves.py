@@ -7,8 +7,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.files.proof.pairs import Pairs
-from trajopt.files.proof.parts import ConvexPart
+from trajopt.files.proof.pairs import ConvexPart, Pairs
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.shapes.shapes import Mesh
 from trajopt.verify.kernel.kinematics import Poses

@@ -2,19 +2,23 @@
 
 import hashlib
 import json
+import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, cast
 
 import numpy as np
 
 import trajopt.verify
 from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves
-from trajopt.files.proof.pairs import Pairs, proven_pairs
+from trajopt.files.proof.pairs import Pairs, convex_parts, proven_pairs
 from trajopt.files.proof.requirements import Shown
-from trajopt.files.proof.statement import Asked, asked, statement
+from trajopt.files.proof.statement import Asked, asked, stated_joints, stated_motion, statement
 from trajopt.files.proof.torque import stated_torque
 from trajopt.planning.judgement import judge
 from trajopt.problem.problem import Problem
@@ -41,7 +45,13 @@ SHORTEST_OF_TORQUE = 1e-3
 
 @dataclass(frozen=True)
 class ProofSize:
-    """The size of a proof."""
+    """The size of a proof.
+
+    Attributes:
+        statement: Bytes of the statement.
+        witness: Bytes of the witness.
+        times: Number of times in the grid.
+    """
 
     statement: int
     witness: int
@@ -55,18 +65,103 @@ class ProofSize:
         )
 
 
-@checked
-def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> ProofSize:
-    """Write a proof that a motion meets the requirements of a problem, for a checker that needs no trajopt.
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """A motion with the witness by which a small checker, without trajopt, proves it (docs/proofs.md).
 
-    Requirements without a rule in the format are listed in the file as judged, not part of the proof.
+    Attributes:
+        data: The content of a proof file.
+    """
+
+    data: bytes
+
+    @cached_property
+    def statement(self) -> Mapping[str, object]:
+        """The statement as plain data.
+
+        Raises:
+            FileFormatError: If it cannot be read.
+        """
+        stated = self._parts[0]
+        try:
+            found = json.loads(stated)
+        except (ValueError, RecursionError):
+            found = None
+        if not isinstance(found, dict):
+            raise FileFormatError("proof", "has no statement that can be read")
+        return cast("dict[str, object]", found)
+
+    @property
+    def size(self) -> ProofSize:
+        """The size.
+
+        Raises:
+            FileFormatError: If the statement cannot be read.
+        """
+        (stated, witness), document = self._parts, cast("Any", self.statement)
+        inner = int.from_bytes(witness[:4], "little")
+        try:
+            motion, duration = document["motion"], document["motion"]["times"][-1]
+            knots = {time for each in (motion, *document["drives"]) for time in each["times"]}
+            times = inner + sum(time <= duration for time in knots)
+            leaves = (len(witness) - 4 - 8 * inner - 4 * len(document["pairs"])) // LEAF.itemsize
+        except (LookupError, TypeError) as error:
+            raise FileFormatError("proof", "has no motion, drives or pairs that can be read") from error
+        return ProofSize(len(stated), len(witness), leaves, times)
+
+    @cached_property
+    def _parts(self) -> tuple[bytes, bytes]:
+        """The bytes of the statement and of the witness."""
+        head = re.match(rb"proof/1 ([0-9]{1,9})\n", self.data)
+        if head is None:
+            raise FileFormatError("proof", "does not begin with the line 'proof/1 <bytes of the statement>'")
+        end = head.end() + int(head[1])
+        return self.data[head.end() : end], self.data[end + hashlib.sha256().digest_size :]
+
+    def save(self, path: Path | str) -> None:
+        """Write a proof file.
+
+        Raises:
+            FileFormatError: If the file cannot be written.
+        """
+        with written_whole(path) as draft:
+            draft.write_bytes(self.data)
+
+    def check(self) -> "CheckedProof":
+        """Run the checker.
+
+        Raises:
+            FileFormatError: If it is not a proof of the format.
+        """
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / f"motion{SUFFIX}"
+            path.write_bytes(self.data)
+            return check_proof(path)
+
+    def differs_from(self, problem: Problem, trajectory: Trajectory) -> str:
+        """Return the first field of the statement that is not of a problem and its motion; empty if none."""
+        motion = judged_motion(problem, trajectory)
+        due: Mapping[str, object] = {
+            "title": problem.name,
+            "motion": stated_motion(motion),
+            "joints": stated_joints(motion.among, problem.moving_limits),
+            "parts": [part.document() for part in convex_parts(motion.among.reduced)],
+        }
+        return next((name for name, value in due.items() if self.statement.get(name) != value), "")
+
+
+@checked
+def prove(problem: Problem, trajectory: Trajectory) -> Proof:
+    """Return a proof that a motion meets the requirements of a problem, for a checker that needs no trajopt.
+
+    Requirements without a rule in the format are listed in it as judged, not part of the proof.
 
     Args:
+        problem: The problem, with one goal.
         trajectory: Of the group's joints, with velocities.
 
     Raises:
         ProblemError: If the judge does not verify the motion, or no witness is found.
-        FileFormatError: If the file cannot be written.
     """
     motion = _verified(problem, trajectory)
     pairs, leaves = _separated(motion)
@@ -76,15 +171,26 @@ def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> Pr
     requirements, grid = _with_torque(problem, motion, requirements, grid)
     said = json.dumps(statement(problem, motion, pairs, requirements), allow_nan=False).encode()
     witness = _witness(np.setdiff1d(grid, knots), leaves, grid, len(pairs.pairs))
-    with written_whole(path) as draft:
-        draft.write_bytes(b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness)
-    return ProofSize(len(said), len(witness), len(leaves.pair), len(grid))
+    return Proof(b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness)
+
+
+@checked
+def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> ProofSize:
+    """Write a proof file; see `prove`.
+
+    Raises:
+        ProblemError: If the judge does not verify the motion, or no witness is found.
+        FileFormatError: If the file cannot be written.
+    """
+    proof = prove(problem, trajectory)
+    proof.save(path)
+    return proof.size
 
 
 def _verified(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
     if trajectory.interpolation is Interpolation.LINEAR:
         raise ProblemError("a proof needs the velocities of the motion: without, it jumps at its points")
-    reduced, timed = problem.reduced, problem.reduced.timed
+    timed = problem.reduced.timed
     if timed is not None and timed.reduced.model.njoints > MOST_JOINTS:
         raise ProblemError(
             f"a proof has fewer than {MOST_JOINTS} joints, and the tracks of the scene need "
@@ -93,6 +199,12 @@ def _verified(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
     certificate = judge(problem, trajectory)
     if not certificate.verified:
         raise ProblemError(f"there is no proof of a motion that the judge refuses: {certificate.verdict}")
+    return judged_motion(problem, trajectory)
+
+
+def judged_motion(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
+    """Return a motion as the judge takes it, among objects that move."""
+    reduced, timed = problem.reduced, problem.reduced.timed
     moving = set[str]() if timed is None else timed.reduced.anchors.keys() - reduced.anchors.keys()
     rests = not any(moving.intersection(goal.frames) for goal in problem.goals)
     kinematics, options = Kinematics(reduced), VerifyOptions()

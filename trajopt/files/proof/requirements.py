@@ -7,7 +7,7 @@ from functools import singledispatch
 import numpy as np
 
 from trajopt.files.proof.leaves import SURE
-from trajopt.files.proof.parts import Document, placed
+from trajopt.files.proof.pairs import Document, placed
 from trajopt.problem.requirement import Requirement
 from trajopt.problem.requirements import (
     AxisAlignment,

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.files.proof.pairs import Pairs
-from trajopt.files.proof.parts import Document, convex_part, placed
+from trajopt.files.proof.pairs import Document, Pairs, convex_part, placed
 from trajopt.files.proof.requirements import Shown, stated, stated_speed
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
@@ -77,18 +76,13 @@ def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
 
 def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements: Asked) -> Document:
     """Return the statement as plain data, in the order and with the names of `proof/1`."""
-    trajectory, reduced, options = motion.trajectory, motion.reduced, motion.options
-    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    reduced, options = motion.reduced, motion.options
     start = (reduced.start_positions, problem.start_velocities, problem.start_accelerations)
     return {
         "title": problem.name,
-        "motion": {
-            "coordinates": list(reduced.joint_names),
-            "times": trajectory.times.tolist(),
-            "values": [row.tolist() for row in rows if row is not None],
-        },
+        "motion": stated_motion(motion),
         "drives": _drives(motion, pairs.knots),
-        "joints": _joints(motion.among, problem.moving_limits),
+        "joints": stated_joints(motion.among, problem.moving_limits),
         "ends": {
             **dict(zip(("positions", "velocities", "accelerations"), np.array(start).tolist(), strict=True)),
             "tolerance": options.start_error,
@@ -104,6 +98,17 @@ def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements
         "excused": [list(row) for row in pairs.excused],
         "requirements": list(requirements.documents),
         "judged": [_printable(each) for each in requirements.judged],
+    }
+
+
+def stated_motion(motion: JudgedMotion) -> Document:
+    """Return the points of a motion as a proof states them."""
+    trajectory = motion.trajectory
+    rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    return {
+        "coordinates": list(motion.reduced.joint_names),
+        "times": trajectory.times.tolist(),
+        "values": [row.tolist() for row in rows if row is not None],
     }
 
 
@@ -135,7 +140,8 @@ def _change(name: str, timing: Timing) -> list[object]:
     return [name, _finite(timing.appears), _finite(timing.expires), list(error)]
 
 
-def _joints(motion: JudgedMotion, limits: JointLimits) -> list[Document]:
+def stated_joints(motion: JudgedMotion, limits: JointLimits) -> list[Document]:
+    """Return the joints as a proof states them."""
     reduced, arm = motion.reduced, motion.kinematics
     matrix, offset = reduced.mimic_matrix, reduced.mimic_offset
     found: list[Document] = []

@@ -1,9 +1,13 @@
 """Planning, explaining, judging and kinematics, and the problem that a request states."""
 
+from base64 import b64encode
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import cast
 
 from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
 from trajopt.files.moveit.trajectories import read_joint_trajectory, read_points
+from trajopt.files.proof import prove
 from trajopt.optimise.kinematics import forward_kinematics as place_frame
 from trajopt.optimise.kinematics import inverse_kinematics as search_configurations
 from trajopt.optimise.kinematics import validity as judge_configuration
@@ -23,24 +27,37 @@ from trajopt.server.operations.words import called, value_of
 from trajopt.tasks.cartesian import FollowOptions, follow, follows_curve
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import ProblemError
+from trajopt.values.errors import PlanningFailed, ProblemError
 from trajopt.values.trajectory import Trajectory
 from trajopt.why import explain as explain_result
 
-PLANNING = ("method", "seconds", "improve", "every_goal", "free_duration", "certificate")
-"""How to plan: the arguments of `plan`, and whether the certificate is wanted."""
+PLANNING = ("method", "seconds", "improve", "every_goal", "free_duration", "certificate", "proof")
+"""How to plan: the arguments of `plan`, and whether certificate and proof are requested."""
 
 
 def plan(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Plan a problem, or MoveIt's motion plan request.
 
     The answer has the form of `trajopt plan --json`. The clearance takes a few milliseconds to measure, so
-    the certificate is included only with `certificate`; `verified` is always included.
+    the certificate is included only with `certificate`; `verified` is always included. With `proof` the
+    answer has the content of a proof file, in base64; null and a note if there is none.
     """
     arguments.only((*ABOUT, *PLANNING))
     problem, notes = problem_in(state, arguments)
     result = planned(problem, watch, arguments)
-    return Answer(answer_of(result, notes, certificate=arguments["certificate"].flag()))
+    answer = answer_of(result, notes, certificate=arguments["certificate"].flag())
+    return Answer({**answer, **_proven(result, answer)} if arguments["proof"].flag() else answer)
+
+
+def _proven(result: Result, answer: Mapping[str, object]) -> Mapping[str, object]:
+    """Return the proof of a plan, and a note if there is none."""
+    try:
+        plan = result.require()
+        proof = prove(plan.problem, plan.trajectory).data
+    except (PlanningFailed, ProblemError) as error:
+        notes = cast("list[str]", answer["notes"])
+        return {"proof": None, "notes": [*notes, f"there is no proof: {error}"]}
+    return {"proof": b64encode(proof).decode()}
 
 
 def answer_of(result: Result, notes: tuple[str, ...] = (), *, certificate: bool = False) -> dict[str, object]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from trajopt.files.bundle import Bundle, Holds
 from trajopt.files.bundle.bundle import versions
+from trajopt.files.proof import Proof
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.methods import Knots, method_named, method_names
 from trajopt.planning.result import Plan, Result
@@ -300,6 +301,7 @@ class Subject(Value):
     prices: tuple[Price, ...]
     made: str
     versions: Mapping[str, str]
+    proof: Proof | None = None
 
     @property
     def status(self) -> str:
@@ -365,6 +367,7 @@ def _of_bundle(bundle: Bundle) -> Subject:
         prices=_prices(bundle) if certificate is not None and certificate.verified else (),
         made=bundle.made,
         versions=bundle.versions,
+        proof=bundle.proof,
     )
 
 

@@ -320,6 +320,8 @@ def _parts(subject: Subject) -> list[str]:
     if subject.certificate is not None:
         title = "What was proven" if subject.verified else "What the judge found"
         parts.append(section("proven", title, sections.proven(subject.certificate)))
+    if subject.proof is not None:
+        parts.append(section("proof", "Proof file", sections.for_another_checker(subject.proof)))
     if subject.trajectory is not None:
         seen = measured(subject.problem, subject.trajectory)
         parts.append(

@@ -5,6 +5,7 @@ from html import escape
 
 import numpy as np
 
+from trajopt.files.proof import Proof
 from trajopt.lab.suite.html import bar, table, used_share
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
@@ -56,6 +57,17 @@ def proven(certificate: Certificate) -> str:
         f"no code with the planner.</p>{table(head, rows, numbers=('worst', 'bound', 'at'), kind='checks')}"
         + (f"<h3>Clearance by pair</h3>{near}<p class=faint>{counted}</p>" if pairs else "")
         + (f"<ul class=faint>{notes}</ul>" if notes else "")
+    )
+
+
+def for_another_checker(proof: Proof) -> str:
+    """Return the answer of the checker of proofs, the statement in words, and its size."""
+    found = proof.check()
+    *statement, verdict = found.words.splitlines()
+    mark = f'<b class="{"good" if found.proven else "bad"}">{escape(verdict)}</b>'
+    return (
+        f"<p>{mark} by the checker that needs no trajopt: {escape(str(proof.size))}.</p>"
+        f"<pre>{escape(chr(10).join(statement))}</pre>"
     )
 
 
