@@ -71,3 +71,8 @@ def test_messages_say_by_how_much_in_the_unit_of_the_requirement() -> None:
     begin = problem.reduced.start_positions
     assert re.search(r"misses the goal by [0-9.]+ m$", unreachable(problem.reduced, (), begin, (far,)))
     assert unreachable(problem.reduced, (), begin, (goal,)).endswith("misses the goal by 5.72 deg")
+    bent = problem.reduced.limits.upper * (0.0, 1.0)
+    joint, degrees = robot.joint_names[1], np.rad2deg(bent[1])
+    assert unreachable(problem.reduced, (), bent, (far,)).endswith(
+        f" m, with {joint} at its limit of {degrees:.4g} deg"
+    )

@@ -378,6 +378,10 @@ BAD: dict[str, tuple[Stages, str]] = {
     "unknown state": (lambda _g, _p: [MoveTo("redy")], "'move to redy': no state .*'ready'"),
     "too wide": (lambda _g, _p: [SetGripper(0.5)], "'gripper': opening: 0.5 m"),
     "pick in any order": (lambda g, _p: [AnyOrder([PickObject("cup", g)])], "item 1 begins with PickObject"),
+    "moved in the hand": (
+        lambda g, _p: [PickObject("cup", g), MoveObject("cup", to.placement((0.6, 0.0, 0.06)))],
+        "'move object cup': object 'cup' is attached",
+    ),
     "detached before": (lambda _g, _p: [DetachObject("cup")], "'detach cup': object 'cup' is not attached"),
     "held or not": (
         lambda g, _p: [OneOf([MoveTo("ready"), PickObject("cup", g)])],

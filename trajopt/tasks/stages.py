@@ -282,6 +282,8 @@ class MoveObject(Value):
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         del group
         scene.object(self.object)
+        if self.object in held:
+            raise ProblemError(f"object {self.object!r} is attached: place or detach it before")
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:

@@ -106,6 +106,12 @@ def test_of_two_hands_one_is_named() -> None:
         gripper_of(robot, end_effector="lefthand")
 
 
+def test_a_tool_frame_at_the_link_of_the_end_effector_gives_no_approach(tmp_path: Path) -> None:
+    robot = jaw(tmp_path)
+    with pytest.raises(GripperError, match=r"'(\w+)' is at '\1'.* no direction; name a frame"):
+        gripper_of(robot, tool=next(iter(robot.end_effectors.values())).parent_link)
+
+
 def test_three_fingers_are_not_a_parallel_gripper(tmp_path: Path) -> None:
     with pytest.raises(GripperError, match="should move two fingers"):
         gripper_of(jaw(tmp_path, fingers=3))

@@ -214,8 +214,26 @@ def unreachable(
     if len(clash) > 1:
         each = " and ".join(str(item) for item in clash)
         return f"no configuration was found that holds {each} together, though any one fewer can be held"
-    missed, few = missed_at(reduced, goals, nearest), _of_too_few_joints(reduced, goals)
+    missed = missed_at(reduced, goals, nearest) + _at_limits(reduced, nearest)
+    few = _of_too_few_joints(reduced, goals)
     return f"the nearest of the configurations tried misses the goal by {missed}{few}"
+
+
+def _at_limits(reduced: ReducedModel, positions: Floats) -> str:
+    """Return the joints at a limit, which may keep the arm from the goal; empty without any."""
+    limits, found = reduced.limits, list[str]()
+    for joint, at, lower, upper in zip(
+        limits.joint_names, positions, limits.lower, limits.upper, strict=True
+    ):
+        limit = lower if at - lower < upper - at else upper
+        if abs(at - limit) < AT_LIMIT:
+            unit = joint_unit(reduced.scene.robot.model, joint)
+            found.append(f"{joint} at its limit of {in_unit(limit, unit)}")
+    return f", with {' and '.join(found)}" if found else ""
+
+
+AT_LIMIT = 1e-4
+"""Distance from a limit up to which a joint counts as at it [rad | m]."""
 
 
 def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> str:

@@ -209,7 +209,10 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
     reach = at.rotation.T @ (at.translation - base.translation)
     approach = reach - (reach @ closing) * closing
     if np.linalg.norm(approach) < 1e-6:
-        reason = f"{shown(frame)} is not before {shown(effector.parent_link)}; name its tool frame"
+        reason = (
+            f"its tool frame {shown(frame)} is at {shown(effector.parent_link)}, the end effector's link, so "
+            "the approach has no direction; name a frame between the pads (tool=), or a link behind it"
+        )
         raise GripperError(robot.name, reason)
     known = Gripper(
         group=effector.group,
