@@ -127,11 +127,12 @@ def test_a_silent_policy_ends_at_rest_on_its_proven_stop(panda: to.Robot) -> Non
     np.testing.assert_allclose(arm.servos.positions(), executor.committed(clock.time)[0])
 
 
-def test_actions_that_are_not_numbers_stop_the_robot(panda: to.Robot) -> None:
+@pytest.mark.parametrize("wrong", [math.nan, None, "left", [1.0]])
+def test_actions_that_are_not_numbers_stop_the_robot(panda: to.Robot, wrong: object) -> None:
     clock, arm, controller, executor = connected(panda)
     guarded = GuardedArm(controller, Guard(to.Scene(panda), GROUP, executor), fps=FPS)
     begin = guarded.observe()
-    sent = guarded.send(dict.fromkeys(arm.motors, math.nan))
+    sent = guarded.send(dict.fromkeys(arm.motors, wrong))
     assert guarded.decision is not None and guarded.decision.outcome is ActionOutcome.STOPPED
     assert sent == pytest.approx({name: begin[name] for name in arm.action_features})
     clock.wait(0.5)
@@ -162,6 +163,8 @@ def test_missing_features_and_joints_are_named(panda: to.Robot) -> None:
     clock, arm, controller, executor = connected(panda)
     with pytest.raises(NameNotFound, match=r"motr0.pos.*motor0.pos"):
         LeRobotController(arm, {"motr0.pos": MotorJoint("panda_joint1")}, clock=clock)
+    with pytest.raises(ProblemError, match="several drive joint 'panda_joint1'"):
+        LeRobotController(arm, {**arm.motors, "gripper.pos": MotorJoint("panda_joint1")}, clock=clock)
     guarded = GuardedArm(controller, Guard(to.Scene(panda), GROUP, executor), fps=FPS)
     with pytest.raises(NameNotFound, match=r"motor0\.pos"):
         guarded.send({"gripper.pos": 1.0})

@@ -13,7 +13,7 @@ import numpy as np
 
 from trajopt.driving.guard import Decision, Guard
 from trajopt.values.arrays import Floats, Value, number
-from trajopt.values.errors import NameNotFound, ProblemError
+from trajopt.values.errors import NameNotFound, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 
 
@@ -80,7 +80,11 @@ class LeRobotController:
 
         Raises:
             NameNotFound: If the robot has no such feature.
+            ProblemError: If two motors drive the same joint.
         """
+        joints = [motor.joint for motor in motors.values()]
+        if twice := [joint for joint in joints if joints.count(joint) > 1]:
+            raise ProblemError(f"motors: several drive joint {shown(twice[0])}; name one for each joint")
         self.observation, features = robot.get_observation(), robot.action_features
         for feature in motors:
             if feature not in features:
@@ -101,7 +105,7 @@ class LeRobotController:
         for feature in self.motors:
             if feature not in values:
                 raise NameNotFound("feature", feature, values)
-        return self._scale * [float(values[feature]) for feature in self.motors] + self._offset
+        return self._scale * [_number(values[feature]) for feature in self.motors] + self._offset
 
     @checked
     def values(self, positions: Floats) -> dict[str, Any]:
@@ -128,6 +132,14 @@ class LeRobotController:
 
     def reset(self) -> None:
         """Do nothing."""
+
+
+def _number(value: Any) -> float:
+    """Return the value; NaN if it is not a number, which the guard and the executor refuse."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
 
 
 class GuardedArm:
