@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import cast
 
-from trajopt.files.moveit.motion_plan_request import RequestFile, request_of
+from trajopt.files.moveit.motion_plan_request import request_of
 from trajopt.files.moveit.trajectories import read_joint_trajectory, read_points
 from trajopt.files.proof import prove
 from trajopt.optimise.kinematics import forward_kinematics as place_frame
@@ -188,10 +188,6 @@ def changed(state: SessionState, arguments: Node) -> SessionState:
     return edited(state, arguments["edits"])
 
 
-def request_in(state: SessionState, node: Node) -> RequestFile:
-    return request_of(node, state.scene, state.named_positions)
-
-
 def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str, ...]]:
     """Return the problem of a request, and notes on its interpretation.
 
@@ -202,7 +198,7 @@ def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str
     if len(stated) != 1:
         raise arguments.error("state the problem once: as `problem`, or as `request` (MoveIt's message)")
     if stated == ["request"]:
-        read = request_in(state, arguments["request"])
+        read = request_of(arguments["request"], state.scene, state.named_positions)
         return read.problem(), read.notes
     node = arguments["problem"]
     if node.has("costs") or node.has("scene"):

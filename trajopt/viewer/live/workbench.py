@@ -102,7 +102,7 @@ class Workbench:
         self.move_joints(positions)
 
     def take_posture(self, positions: Floats) -> None:
-        self.goal = in_posture(self._reduced, self.goal, positions)
+        self.goal = _judged(self._reduced, self.goal.placement, positions, self.goal.required)
 
     def count_orientation(self, turned: bool) -> None:
         self.turned = turned
@@ -209,10 +209,6 @@ def goal_of_hand(
 def goal_of_joints(reduced: ReducedModel, hand: str, positions: Floats) -> Goal:
     named = dict(zip(reduced.joint_names, positions.tolist(), strict=True))
     return _judged(reduced, hand_at(reduced, hand, positions), positions, joint_positions(named))
-
-
-def in_posture(reduced: ReducedModel, goal: Goal, positions: Floats) -> Goal:
-    return _judged(reduced, goal.placement, positions, goal.required)
 
 
 def hand_at(reduced: ReducedModel, hand: str, positions: Floats) -> Placement:

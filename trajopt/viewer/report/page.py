@@ -210,10 +210,6 @@ def scenery(subject: Subject) -> Scenery:
     return Scenery(None, f"{words}.", False, ghosts)
 
 
-def in_space(subject: Subject, shown: Scenery) -> str:
-    return recorded(subject.problem.reduced, shown.motion, shown.ghosts)
-
-
 def stills(subject: Subject, shown: Scenery) -> tuple[Still, ...]:
     """Return still pictures: four moments of a motion, or the start."""
     from trajopt.simulation.sampled_motion import SampledMotion, moments_of, motion_of
@@ -328,7 +324,7 @@ def _parts(subject: Subject) -> list[str]:
             section("limits", "Where limits bind", sections.binding(seen, subject.trajectory.duration))
         )
         parts.append(section("prices", "What the constraints cost", sections.costs(subject)))
-        parts.append(section("time", "Over time", sections.over_time(seen)))
+        parts.append(section("time", "Over time", "".join(map(sections.plot, seen.charts))))
     parts.append(section("tried", "What was tried", sections.tried(subject.answer)))
     parts.append(section("asked", "What was asked", sections.request(subject)))
     return parts
@@ -427,5 +423,6 @@ def write_report(what: Reported, path: Path | str, *, moving: bool = True, pictu
             drawn = stills(subject, shown)
         except RenderingUnavailable as missing:
             remark = f"There are no still pictures: {missing}"
-    write_text(path, page(subject, shown, in_space(subject, shown) if moving else "", drawn, remark))
+    space = recorded(subject.problem.reduced, shown.motion, shown.ghosts) if moving else ""
+    write_text(path, page(subject, shown, space, drawn, remark))
     return Path(path)

@@ -122,10 +122,6 @@ def _unit(words: str) -> str:
     return escape(words).replace("^2", "²").replace("^3", "³")
 
 
-def over_time(measured: Measured) -> str:
-    return "".join(plot(chart) for chart in measured.charts)
-
-
 def costs(subject: Subject) -> str:
     """List the price of each active constraint."""
     units = {"mm": "1 mm", "deg": "1°", "rad": "1 rad", "%": "1%"}
