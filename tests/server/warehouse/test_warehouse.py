@@ -276,3 +276,14 @@ def test_what_fails_alone_leaves_what_it_is_kept_together_with(kept: Warehouse, 
             kept.remove("another")
         kept.add("home", StoredState("planar2", {"joint1": 0.25, "joint2": -0.5}))
     assert sorted(names(kept.find())) == ["cell", "home"]
+
+
+def test_a_plan_stands_in_changed_scenes(kept: Warehouse, solved: Result, failed: Result) -> None:
+    kept.add("past", solved)
+    held = kept.standing("past")
+    scene = held.problem.scene
+    assert held.proven_in(scene.move("ball", to.placement((0.9, 0.9, 0.1))))
+    assert not held.proven_in(scene.move("ball", to.placement((0.3, 0.6, 0.1))))
+    kept.add("failed", failed)
+    with pytest.raises((ModelError, ProblemError)):
+        kept.standing("failed")

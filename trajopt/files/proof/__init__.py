@@ -10,3 +10,4 @@ from trajopt.files.proof.proof import ProofSize as ProofSize
 from trajopt.files.proof.proof import check_proof as check_proof
 from trajopt.files.proof.proof import prove as prove
 from trajopt.files.proof.proof import save_proof as save_proof
+from trajopt.files.proof.standing import StandingMotion as StandingMotion

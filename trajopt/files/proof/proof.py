@@ -163,7 +163,7 @@ def prove(problem: Problem, trajectory: Trajectory) -> Proof:
     Raises:
         ProblemError: If the judge does not verify the motion, or no witness is found.
     """
-    motion = _verified(problem, trajectory)
+    motion = verified_motion(problem, trajectory)
     pairs, leaves = _separated(motion)
     requirements = asked(problem, motion)
     knots = np.union1d(motion.trajectory.times, pairs.knots)
@@ -187,7 +187,12 @@ def save_proof(problem: Problem, trajectory: Trajectory, path: Path | str) -> Pr
     return proof.size
 
 
-def _verified(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
+def verified_motion(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
+    """Return a motion that the judge verifies and that a proof can state.
+
+    Raises:
+        ProblemError: If it does not, or its points have no velocities, or tracks have too many joints.
+    """
     if trajectory.interpolation is Interpolation.LINEAR:
         raise ProblemError("a proof needs the velocities of the motion: without, it jumps at its points")
     timed = problem.reduced.timed

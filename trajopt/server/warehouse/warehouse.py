@@ -14,6 +14,7 @@ import numpy as np
 from trajopt.files.bundle import Bundle
 from trajopt.files.bundle.bundle import bundle_of
 from trajopt.files.bundle.containers import Archive, write_archive
+from trajopt.files.proof import StandingMotion
 from trajopt.planning.experience import Experience, Memory
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
@@ -188,6 +189,18 @@ class Warehouse:
     def plan(self, name: str, *, version: int | None = None) -> Bundle:
         """Return a plan or a failure, as the bundle that was kept of it; see `robot`."""
         return self.load(self.entry(name, kind=EntryKind.PLAN, version=version))
+
+    @checked
+    def standing(self, name: str, *, version: int | None = None) -> StandingMotion:
+        """Return a plan's motion, verified again, for questions whether it is proven in changed scenes.
+
+        Raises:
+            EntryNotFound: If there is none.
+            ModelError: If the entry has no motion.
+            ProblemError: If the judge does not verify it.
+        """
+        bundle = self.plan(name, version=version)
+        return StandingMotion(bundle.problem, bundle.require())
 
     @checked
     def state(self, name: str, *, version: int | None = None) -> StoredState:
