@@ -82,11 +82,7 @@ class StandingMotion:
     def _moved(self, scene: Scene) -> Mapping[str, Placement] | None:
         """Return how objects have moved in the world; None if there are other changes."""
         before = self.problem.scene
-        for each in fields(before):
-            one, other = getattr(before, each.name), getattr(scene, each.name)
-            if each.name != "objects" and one is not other and one != other:
-                return None
-        if before.objects.keys() != scene.objects.keys():
+        if _differ(before, scene, but="objects") or before.objects.keys() != scene.objects.keys():
             return None
         moved: dict[str, Placement] = {}
         for name, item in before.objects.items():
@@ -140,9 +136,10 @@ def _is_unusual(part: ConvexPart | None) -> bool:
 
 def _only_moved(before: SceneObject, now: SceneObject) -> bool:
     rests = before.timing.always and now.timing.always and before.frame == now.frame == WORLD
-    return rests and all(
-        getattr(before, each.name) is getattr(now, each.name)
-        or getattr(before, each.name) == getattr(now, each.name)
-        for each in fields(before)
-        if each.name != "placement"
-    )
+    return rests and not _differ(before, now, but="placement")
+
+
+def _differ(one: Scene | SceneObject, other: Scene | SceneObject, *, but: str) -> bool:
+    names = {each.name for each in fields(one)} - {but}
+    sides = ((getattr(one, name), getattr(other, name)) for name in names)
+    return any(first is not second and first != second for first, second in sides)
