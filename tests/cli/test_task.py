@@ -8,7 +8,7 @@ from typer.testing import CliRunner, Result
 
 import trajopt as to
 from trajopt.cli import app_for
-from trajopt.tasks import read_task
+from trajopt.tasks import AttachObject, read_task
 from trajopt.values.errors import FileFormatError, ProblemError
 
 JOB = """
@@ -48,6 +48,7 @@ stages:
   - gripper: 0.01
   - attach: door
     link: panda_hand_tcp
+    touch_links: [panda_leftfinger, panda_rightfinger]
   - detach: door
 """
 
@@ -108,6 +109,9 @@ def test_every_kind_of_stage_is_read(tmp_path: Path) -> None:
         *("PickObject", "PlaceObject", "MoveObject", "OneOf", "Fallback"),
         *("SetGripper", "AttachObject", "DetachObject"),
     ]
+    attached = task.stages[6]
+    assert isinstance(attached, AttachObject)
+    assert attached.touch_links == ("panda_leftfinger", "panda_rightfinger")
 
 
 @pytest.mark.parametrize(

@@ -382,6 +382,14 @@ BAD: dict[str, tuple[Stages, str]] = {
         lambda g, _p: [PickObject("cup", g), MoveObject("cup", to.placement((0.6, 0.0, 0.06)))],
         "'move object cup': object 'cup' is attached",
     ),
+    "unknown link that may touch": (
+        lambda _g, _p: [AttachObject("cup", "panda_hand", touch_links=["panda_hend"])],
+        "'attach cup': .* did you mean 'panda_hand'",
+    ),
+    "links that may touch as one text": (
+        lambda _g, _p: [AttachObject("cup", "panda_hand", touch_links="panda_hand")],
+        "touch_links must be a list",
+    ),
     "detached before": (lambda _g, _p: [DetachObject("cup")], "'detach cup': object 'cup' is not attached"),
     "held or not": (
         lambda g, _p: [OneOf([MoveTo("ready"), PickObject("cup", g)])],

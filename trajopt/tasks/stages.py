@@ -216,7 +216,8 @@ class AttachObject(Value):
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         del group
         scene.object(self.object)
-        scene.holder(self.link)
+        for name in (self.link, *self.touch_links):
+            scene.holder(name)
         if self.object in held:
             raise ProblemError(f"object {self.object!r} is attached already")
         return held | {self.object}

@@ -43,7 +43,8 @@ def read_task(path: Path | str, scene: Scene) -> Task:
 
     - `move_to`: a state, joint -> position [rad | m], or a pose of the tool,
     - `dwell` [s], `gripper` (opening [m]), `pick` (an object, with proposed grasps), `place` with `at`,
-    - `attach` with `link`, `detach`, `move_object` with `to` and optionally `seconds`,
+    - `attach` with `link` and optionally `touch_links` (a list), `detach`,
+    - `move_object` with `to` and optionally `seconds`,
     - `follow` (a frame) with `poses` or `file`, optionally `blend`, `speed` [m/s], `steady`, `off` [m],
     - `any_order` (optionally with `then`), `one_of` and `fallback`: each item is a stage or a list of stages.
 
@@ -131,6 +132,11 @@ def _any_order(node: Node, listed: Node, scene: Scene, name: str) -> TaskStage:
     return AnyOrder(_items(listed, scene), name=name, then=then)
 
 
+def _attach(node: Node, attached: Node, _: Scene, name: str) -> TaskStage:
+    touch = tuple(link.text() for link in node["touch_links"].elements()) if node.has("touch_links") else ()
+    return AttachObject(attached.text(), node["link"].text(), touch_links=touch, name=name)
+
+
 def _move_object(node: Node, moved: Node, _: Scene, name: str) -> TaskStage:
     seconds = node["seconds"].number(default=0.0)
     return MoveObject(moved.text(), _pose(node["to"]), seconds=seconds, name=name)
@@ -143,10 +149,7 @@ _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "gripper": ((), lambda _, value, __, name: SetGripper(value.number(), name=name)),
     "pick": ((), _pick),
     "place": (("at",), _place),
-    "attach": (
-        ("link",),
-        lambda node, value, _, name: AttachObject(value.text(), node["link"].text(), name=name),
-    ),
+    "attach": (("link", "touch_links"), _attach),
     "detach": ((), lambda _, value, __, name: DetachObject(value.text(), name=name)),
     "move_object": (("to", "seconds"), _move_object),
     "follow": (("poses", "file", "speed", "steady", "blend", "off"), _follow),
