@@ -123,6 +123,11 @@ bench-server: $(STAMP_DEV)
 bench-guard: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.guard --page benchmarks/README.md $(OPTIONS)
 
+# Robots that differ from their description. OPTIONS: --every K, --robots N.
+.PHONY: bench-model-error
+bench-model-error: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.model_error $(DATA) --page benchmarks/README.md $(OPTIONS)
+
 # Whole tasks: the order of many holes, and a tray of parts. OPTIONS: --holes N, --parts N.
 .PHONY: bench-tasks
 bench-tasks: $(STAMP_DEV)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.scene.bounds import largest_deviation
+from trajopt.scene.model_error import largest_deviation
 from trajopt.values.arrays import Floats
 from trajopt.values.shapes.shapes import bounding_box
 

@@ -11,7 +11,7 @@ from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
-from trajopt.scene.bounds import largest_deviation
+from trajopt.scene.model_error import largest_deviation
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model, whole_robot
 from trajopt.scene.scene import Scene

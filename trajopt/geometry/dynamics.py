@@ -43,8 +43,9 @@ class DynamicsQuery:
     """Inverse dynamics; owns scratch memory, so one per thread."""
 
     def __init__(self, reduced: ReducedModel) -> None:
-        mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
-        self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
+        self._core = _core(reduced)
+        self._doubtful = reduced.scene.model_error.payload
+        self._bare = self._core
 
     @property
     def core(self) -> proximity.Dynamics:
@@ -54,7 +55,9 @@ class DynamicsQuery:
     @staticmethod
     def loaded(reduced: ReducedModel) -> "DynamicsQuery":
         """Return the dynamics of a reduced model with its payload."""
-        return DynamicsQuery(replace(reduced, model=loaded_model(reduced)))
+        query = DynamicsQuery(replace(reduced, model=loaded_model(reduced)))
+        query._bare = _core(reduced)
+        return query
 
     def gravity(self, positions: Floats) -> GravityTorques:
         """Return the torques that hold the arm still, with their derivatives.
@@ -77,7 +80,8 @@ class DynamicsQuery:
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Return the torques that a motion needs, by the recursive Newton-Euler algorithm.
 
-        The torque of mimic joints counts for the joint that they follow (virtual work).
+        The torque of mimic joints counts for the joint that they follow (virtual work). If the mass of the
+        payload is uncertain, each torque is the largest.
 
         Args:
             positions: The group's at S moments, shape (S, n) [rad | m].
@@ -87,5 +91,14 @@ class DynamicsQuery:
         Returns:
             Shape (S, n) [Nm | N]. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5.
         """
-        states = (np.ascontiguousarray(rows) for rows in (positions, velocities, accelerations))
-        return self._core.torques(*states)
+        states = [np.ascontiguousarray(rows) for rows in (positions, velocities, accelerations)]
+        torques = self._core.torques(*states)
+        if self._doubtful == 0.0 or self._bare is self._core:
+            return torques
+        carried = torques - self._bare.torques(*states)
+        return torques + np.copysign(self._doubtful * np.abs(carried), torques)
+
+
+def _core(reduced: ReducedModel) -> proximity.Dynamics:
+    mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
+    return proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)

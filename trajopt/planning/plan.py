@@ -13,8 +13,7 @@ import numpy as np
 from trajopt.optimise.methods import Choice, Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.moving.dynamic_search import planned_among_obstacles
-from trajopt.planning.plan_arguments import PlanArguments, Recalled
-from trajopt.planning.result import Result
+from trajopt.planning.result import PlanArguments, Recalled, Result
 from trajopt.planning.search import ENDED, PlanSearch, failure_of_all
 from trajopt.planning.seeds import SeedLike, stated_seeds
 from trajopt.planning.status import Certainty, Status

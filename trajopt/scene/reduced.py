@@ -59,7 +59,8 @@ class BodyPairs:
     Attributes:
         first: Index of the first body of each pair, shape (p,); of the second, which is larger, in `second`.
         margin: Clearance that the optimiser aims at, above the required one, shape (p,) [m], read-only.
-        required: Required clearance, shape (p,) [m], read-only.
+        required: Required clearance, and the error of the model, shape (p,) [m], read-only.
+        error: Of these the part for the model's error, shape (p,) [m], read-only.
         allowances: Intended contacts, each with the index of its pair.
         immobile: Pairs of owners with a link or attached object that cannot move relative to each other; they
             are left out.
@@ -69,6 +70,7 @@ class BodyPairs:
     second: Ints
     margin: Floats
     required: Floats
+    error: Floats
     allowances: tuple[tuple[int, ContactAllowance], ...]
     immobile: frozenset[frozenset[str]]
 

@@ -24,6 +24,7 @@ from trajopt.scene.clearances import (
     Part,
     kept,
 )
+from trajopt.scene.model_error import approaches
 from trajopt.scene.reduced import BodyPairs, CollisionModel, DrivenJoints, ReducedModel, TimedModel
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import AnchoredObject, SceneObject
@@ -453,6 +454,7 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
         second,
         readonly(margin),
         readonly(required),
+        readonly(np.zeros(len(first))),
         owners.allowances(rules.allowances, part[first], part[second]),
         owners.immobile(),
     )
@@ -586,11 +588,17 @@ def _new_collision_model(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     tools = tuple((item.name, item.frame) for item in scene.tools.values())  # objects may be on them
     margins = (scene.margin, scene.pair_margins, scene.kind_margins)
     key = (objects, tools, scene.allowed, margins, scene.clearances, scene.allowances)
-    return CollisionModel(
-        anchors,
-        tuple(bodies),
-        _pairs(robot).get(key, lambda: body_pairs(bodies, scene.robot.links, _rules(scene, robot))),
-    )
+    pairs = _pairs(robot).get(key, lambda: body_pairs(bodies, scene.robot.links, _rules(scene, robot)))
+    return CollisionModel(anchors, tuple(bodies), _with_model_error(pairs, scene, bodies))
+
+
+def _with_model_error(pairs: BodyPairs, scene: Scene, bodies: Sequence[FixedBody]) -> BodyPairs:
+    if not scene.model_error.displaces:
+        return pairs
+    error = approaches(scene, bodies, pairs.first, pairs.second)
+    required = pairs.required + error
+    margin = np.where(error > 0.0, np.maximum(pairs.margin, required + ROOM), pairs.margin)
+    return replace(pairs, margin=readonly(margin), required=readonly(required), error=error)
 
 
 def _bodies(item: SceneObject, anchors: Mapping[str, Anchor]) -> tuple[FixedBody, ...]:

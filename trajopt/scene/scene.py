@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.robot.bodies import CollisionBody, MeshPolicy
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
-from trajopt.robot.joints import Anchor, FixedBody
+from trajopt.robot.joints import Anchor, FixedBody, joint_unit
 from trajopt.robot.loading.pinocchio_model import link_frame, link_placement, links_of_the_world
 from trajopt.robot.robot import FrameAttachment, Robot
 from trajopt.scene.clearances import (
@@ -28,6 +28,7 @@ from trajopt.scene.clearances import (
     in_kinds,
     kept,
 )
+from trajopt.scene.model_error import EXACT, ModelUncertainty
 from trajopt.scene.planned_robot import MovingRobot, Planned, model_and_trajectory
 from trajopt.scene.scene_object import (
     SceneObject,
@@ -103,6 +104,7 @@ class Scene(Value):
         allowances: Temporary intended contacts.
         tools: Tool frames of this scene, by name, as objects without a shape.
         kind_margins: Margins of kinds of pairs that differ [m].
+        model_error: Difference of the robot from its description; a motion is proven for every such robot.
     """
 
     robot: Robot
@@ -114,6 +116,7 @@ class Scene(Value):
     allowances: tuple[ContactAllowance, ...] = ()
     tools: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
     kind_margins: Mapping[PairKind, float] = field(default_factory=dict[PairKind, float])
+    model_error: ModelUncertainty = EXACT
 
     def __post_init__(self) -> None:
         robot, margin = one_of("robot", self.robot, Robot), number("margin", self.margin)
@@ -302,9 +305,10 @@ class Scene(Value):
 
     @property
     def distances(self) -> str:
-        """Clearances and margins in words."""
+        """Clearances, margins and model error in words."""
         margin = in_kinds(self.margin, self.kind_margins) + PAIRS_DIFFER * bool(self.pair_margins)
-        return f"{self.clearances}, margin {margin}"
+        wrong = "" if self.model_error == EXACT else f", for a model error of {self.model_error}"
+        return f"{self.clearances}, margin {margin}{wrong}"
 
     def add(
         self,
@@ -694,6 +698,42 @@ class Scene(Value):
         if margin is not None:
             return replace(self, margin=margin, kind_margins=kinds)
         return replace(self, kind_margins={**self.kind_margins, **kinds})
+
+    def with_model_error(
+        self,
+        *,
+        joints: float | Mapping[str, float] = 0.0,
+        mounting: tuple[float, float] = (0.0, 0.0),
+        payload: float = 0.0,
+    ) -> Scene:
+        """Require that a motion holds for every robot that differs from its description by no more than this.
+
+        Clearances are proven with a bound of the displacement of each pair of bodies, limits of torque with
+        the least and the largest mass of attached objects. Goals and requirements of frames are those of the
+        described robot: nothing corrects where the real tool is.
+
+        Args:
+            joints: Error of the zero position of every joint that turns [rad], or of single joints, by name
+                [rad | m].
+            mounting: Displacement of the robot's root in the world [m], and its rotation about any axis
+                through the root's origin [rad].
+            payload: Error of the masses of attached objects, as a share of each.
+
+        Raises:
+            ShapeError: If a number is not finite.
+            ProblemError: If one is negative.
+            JointNotFound: If the robot has no such joint.
+        """
+        robot = self.robot
+        if isinstance(joints, Mapping):
+            robot.index(tuple(joints))
+            sizes = dict(joints)
+        else:
+            size = number("joints", joints)
+            sizes = {name: size for name in robot.joint_names if joint_unit(robot.model, name) == "rad"}
+        shift, turn = floats("mounting", mounting, (2,)).tolist()
+        error = ModelUncertainty(sizes, shift, turn, number("payload", payload))
+        return replace(self, model_error=error)
 
     def allow_contact(
         self, name: str, a: str, b: str, *, depth: float = 1e-3, first: float = 0.0, last: float = 0.0

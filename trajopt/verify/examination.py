@@ -132,7 +132,9 @@ def examine_with(
 
     def seen(pair: int) -> PairDistance:
         first, second = distances.owners(pair)
-        distance, least = float(measured[pair]), float(required[pair])
+        # Words are of the described robot: the model's error adds to the required clearance.
+        error = float(reduced.pairs.error[pair])
+        distance, least = float(measured[pair]) + error, float(required[pair]) + error
         return PairDistance(
             first=first, second=second, distance=distance, required=least, proven=sure.get(pair, False)
         )

@@ -145,6 +145,7 @@ def test_margins_are_those_of_python() -> None:
         second=np.arange(count) + count,
         margin=rng.choice([0.0, 0.01, 0.02, 0.3], count),
         required=rng.choice([0.0, 0.005, 0.02], count),
+        error=np.zeros(count),
         allowances=(),
         immobile=frozenset(),
     )

@@ -23,8 +23,7 @@ from trajopt.files.bundle.containers import (
 from trajopt.files.proof import Proof, prove
 from trajopt.planning.budget import Budget
 from trajopt.planning.judgement import judge
-from trajopt.planning.plan_arguments import PlanArguments, Recalled
-from trajopt.planning.result import Plan, Result
+from trajopt.planning.result import Plan, PlanArguments, Recalled, Result
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, Value, floats, one_of
 from trajopt.values.documents.document import Node

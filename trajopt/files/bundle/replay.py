@@ -8,8 +8,7 @@ import numpy as np
 from trajopt.files.bundle.bundle import Bundle, versions
 from trajopt.optimise.methods import Method
 from trajopt.planning.plan import plan
-from trajopt.planning.plan_arguments import PlanArguments
-from trajopt.planning.result import Result
+from trajopt.planning.result import PlanArguments, Result
 from trajopt.values.arrays import Value
 from trajopt.values.errors import ModelError
 from trajopt.values.errors.arguments import checked

@@ -319,6 +319,7 @@ def _empty(scene: Scene) -> Scene:
         kind_margins=scene.kind_margins,
         clearances=everywhere,
         tools=scene.tools_on_links,
+        model_error=scene.model_error,
     )
 
 

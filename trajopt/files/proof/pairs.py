@@ -201,7 +201,7 @@ def proven_pairs(motion: JudgedMotion) -> Pairs:
     place = np.cumsum([part is not None for part in found]) - 1
     parts = convex_parts(reduced)
     windows = {pair for pair, _ in reduced.pairs.allowances}
-    required = required_clearances(reduced)
+    required = required_clearances(reduced) + reduced.pairs.error
     rows: list[tuple[int, int]] = []
     levels: list[float] = []
     excused: dict[frozenset[str], str] = {}

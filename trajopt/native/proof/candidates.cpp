@@ -1,5 +1,7 @@
 #include "candidates.hpp"
 
+#include <algorithm>
+
 namespace proof {
 
 Candidates::Candidates(const Bodies& bodies, const std::vector<char>& always) : bodies_(bodies) {
@@ -22,6 +24,7 @@ Candidates::Candidates(const Bodies& bodies, const std::vector<char>& always) : 
     }
     pair_of_[size_t(row_of_[mover]) * count + obstacle] = int(number);
     standing[obstacle] = 1;
+    reserve_ = std::max(reserve_, pair.error.radius);
   }
   std::vector<int> obstacles;
   for (size_t body = 0; body < count; ++body) {

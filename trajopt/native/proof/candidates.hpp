@@ -12,6 +12,8 @@ class Candidates {
 
   const std::vector<int>& listed() const { return listed_; }
   const std::vector<int>& movers() const { return movers_; }
+  // The largest error of the others [m], by which their boxes may be nearer than they look.
+  double reserve() const { return reserve_; }
 
   // Call take(pair) for every unlisted pair of a mover whose obstacle's box is within a distance of a point. Returns a
   // lower bound of the distance of the point from all other obstacles [m].
@@ -27,6 +29,7 @@ class Candidates {
   const Bodies& bodies_;
   ObstacleTree tree_;
   std::vector<int> listed_, movers_, row_of_, pair_of_;
+  double reserve_ = 0.0;
 };
 
 }  // namespace proof

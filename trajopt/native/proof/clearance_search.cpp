@@ -103,7 +103,7 @@ void ClearanceSearch::look(Snapshot& at, bool only_contacts) {
   for (const int mover : candidates_.movers()) {
     double limit = bodies_.levels.back();
     for (size_t level = 0; level < best_.size() && !only_contacts; ++level) limit = std::max(limit, nearest(int(level)));
-    candidates_.visit(mover, at.centre(mover), bodies_.form(mover).radius + limit,
+    candidates_.visit(mover, at.centre(mover), bodies_.form(mover).radius + limit + candidates_.reserve(),
                       [&](int pair) { consider(pair, at, only_contacts); });
   }
 }
@@ -178,11 +178,11 @@ void ClearanceSearch::list_near(Cell& cell, Reach& here) {
   for (const int mover : candidates_.movers()) {
     // Obstacles are looked at in the world, in which the travel of a mover is the same for all.
     const double off = travel(bodies_.seen_from(mover, 0), here).from_middle;
-    const double farthest = bodies_.levels.back() + far_;
+    const double reserve = candidates_.reserve(), farthest = bodies_.levels.back() + far_ + reserve;
     const double radius = bodies_.form(mover).radius + off + farthest;
     const double nearest = candidates_.visit(mover, here.middle->centre(mover), radius,
                                              [&](int pair) { cell.pairs.push_back(pair); });
-    beyond_ = std::min(beyond_, nearest - (radius - farthest) - options_.error);
+    beyond_ = std::min(beyond_, nearest - (radius - farthest) - reserve - options_.error);
   }
 }
 

@@ -83,21 +83,24 @@ nb::tuple place(const Arm& arm, const Numbers& positions) {
                         array(std::move(translation), {count, joints, 3}));
 }
 
+Bodies with_errors(Bodies bodies, const Numbers& errors) {
+  for (size_t i = 0; i < errors.shape(0); ++i) {
+    const double* row = errors.data() + 3 * i;
+    bodies.pairs[i].error = {row[0], row[1], row[2]};
+  }
+  return bodies;
+}
+
 // Everything about one reduced model.
 class Proof {
  public:
   Proof(const Arm& arm, const std::vector<std::shared_ptr<Form>>& forms, const Counts& joint, const Numbers& rotation,
         const Numbers& translation, const Counts& first, const Counts& second, const Numbers& required,
         const Numbers& errors, const Flags& listed, double error)
-      : bodies_(arm, placed(forms, joint, rotation, translation), first.data(), second.data(), required.data(),
-                first.shape(0)),
+      : bodies_(with_errors({arm, placed(forms, joint, rotation, translation), first.data(), second.data(),
+                             required.data(), first.shape(0)}, errors)),
         candidates_(bodies_, std::vector<char>(listed.data(), listed.data() + listed.size())),
-        meter_(bodies_, error) {
-    for (size_t i = 0; i < errors.shape(0); ++i) {
-      const double* row = errors.data() + 3 * i;
-      bodies_.pairs[i].error = {row[0], row[1], row[2]};
-    }
-  }
+        meter_(bodies_, error) {}
 
   long calls() const { return meter_.calls; }
 

@@ -30,7 +30,7 @@ std::vector<double> measure_nearest(const Bodies& bodies, const Candidates& cand
     auto within = [&](double required) { return std::max(std::min(best, radius), required) + 1e-9; };
     for (const int pair : candidates.listed()) consider(pair, within(bodies.pairs[pair].required));
     for (const int mover : candidates.movers()) {
-      candidates.visit(mover, at.centre(mover), bodies.form(mover).radius + within(farthest),
+      candidates.visit(mover, at.centre(mover), bodies.form(mover).radius + within(farthest) + candidates.reserve(),
                        [&](int pair) { consider(pair, within(bodies.pairs[pair].required)); });
     }
     if (best <= radius || radius == infinite) break;

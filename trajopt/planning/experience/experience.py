@@ -11,8 +11,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.planning.plan_arguments import Recalled
-from trajopt.planning.result import Result
+from trajopt.planning.result import Recalled, Result
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.seeds.source import with_knots
 from trajopt.problem.problem import Problem

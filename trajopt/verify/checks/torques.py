@@ -233,8 +233,10 @@ def torques_at_rest(kinematics: Kinematics, positions: Floats) -> Floats:
 def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
     matrix = kinematics.reduced.mimic_matrix
     moving = velocities @ matrix.T, accelerations @ matrix.T
-    torques = kinematics.torques(positions, *moving)
-    return (torques + payload_torques(kinematics, positions, *moving)) @ matrix
+    carried = payload_torques(kinematics, positions, *moving) @ matrix
+    torques = kinematics.torques(positions, *moving) @ matrix + carried
+    # The torque is linear in the masses: the largest is at the least or the largest of them.
+    return torques + np.copysign(kinematics.reduced.scene.model_error.payload * np.abs(carried), torques)
 
 
 def _ends(motion: JudgedMotion) -> tuple[Floats, Floats]:

@@ -181,7 +181,8 @@ class PairDistances:
 
         Args:
             error: Reserve subtracted from every distance [m].
-            timings: Of the dynamic obstacles, by name; their prediction errors are also subtracted.
+            timings: Of the dynamic obstacles, by name; their prediction errors are also subtracted, and the
+                errors of the model.
         """
         reduced = kinematics.reduced
         self.reduced, self.error = reduced, error
@@ -206,12 +207,13 @@ class PairDistances:
             self.second,
             required_clearances(reduced),
             errors,
-            ~self.strict | errors.any(axis=1),
+            ~self.strict | (self.changing & errors.any(axis=1)),
             error,
         )
 
     def _changing(self, timings: Mapping[str, Timing]) -> Floats:
         errors: Floats = np.zeros((len(self.first), 3))
+        errors[:, 0] = self.reduced.pairs.error
         if not timings:
             return errors
         present: Floats = np.tile((-np.inf, np.inf), (len(self.first), 1))
@@ -349,8 +351,10 @@ class Surroundings:
     @property
     def given(self) -> tuple[str, ...]:
         """Assumptions of a proof on objects and their motion, in sentences."""
-        objects = self._kinematics.reduced.scene.objects
-        stated = [phrase for item in objects.values() for phrase in item.given]
+        scene = self._kinematics.reduced.scene
+        objects, error = scene.objects, scene.model_error
+        stated = [f"the robot differs from its description by no more than {error}"] * (str(error) != "none")
+        stated += [phrase for item in objects.values() for phrase in item.given]
         stated += [f"{name} {_as_said(timing)}" for name, timing in self.timings.items()]
         return tuple(f"proven given that {phrase}" for phrase in stated)
 
