@@ -56,8 +56,8 @@ def test_reason_includes_the_tracking_margin(problem: to.Problem) -> None:
     run(3.0)
     assert kinds(supervisor) == [EventKind.NO_PLAN]
     words = supervisor.events[0].words
-    assert words.startswith("CLEARANCE_IMPOSSIBLE")
-    assert "required distances include 116.8 mm for the tracking tolerance" in words
+    assert words.startswith("GOAL_IN_COLLISION")
+    assert "required distances include up to 116.8 mm for the tracking tolerance" in words
     assert supervisor.blocked
 
 

@@ -259,15 +259,16 @@ def test_plans_are_proven_within_the_tracking_tolerance() -> None:
 
 
 def test_hopeless_goal_is_not_replanned_repeatedly() -> None:
-    """Standing in contact is proven of no robot that may be off: that is said once."""
+    """Standing in contact is proven of no robot that may be off: that is reported once."""
     touching = named("pick_and_place_panda")
     arm = IdealExecutor(touching.scene.robot.joint_names, touching.start_positions)
     arm.tolerance[:] = 1e-3
     supervisor = Supervisor(arm, touching)
     supervisor.go(touching)
     run(arm, supervisor, 1.0)
-    assert kinds(supervisor) == [EventKind.STARTED, EventKind.NO_PLAN]
-    assert "the planned motion is not proven: table - block" in supervisor.events[-1].words
+    assert kinds(supervisor) == [EventKind.NO_PLAN]
+    assert "START_IN_COLLISION" in supervisor.events[-1].words
+    assert "table is 0.1 mm inside block" in supervisor.events[-1].words
     assert supervisor.blocked and not supervisor.moving
 
 

@@ -1,12 +1,14 @@
 """A motion that is planned with a model error holds for every robot within it."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import trajopt as to
+from trajopt.files.bundle import read_bundle
 from trajopt.geometry import evaluator
 from trajopt.scene.reduced import loaded_model
 from trajopt.scene.reducing import reduce_model
@@ -67,6 +69,42 @@ def test_no_robot_of_the_box_is_nearer(name: str) -> None:
     assert closest > 0.2
 
 
+def facing_arms(path: Path) -> to.Problem:
+    """Two arms of one joint each, a bar of 0.5 m, whose tips are 0.1 m apart at zero."""
+    text = '<robot name="two"><link name="base"/>'
+    for name, x, along in (("left", -0.55, 1.0), ("right", 0.55, -1.0)):
+        text += (
+            f'<link name="{name}"><collision><origin xyz="{0.25 * along} 0 0"/><geometry>'
+            f'<box size="0.5 0.05 0.05"/></geometry></collision></link><joint name="{name}_joint" '
+            f'type="revolute"><parent link="base"/><child link="{name}"/><origin xyz="{x} 0 0"/>'
+            '<axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="50" velocity="2"/></joint>'
+        )
+    path.write_text(text + "</robot>")
+    robot = to.Robot.from_urdf(path)
+    return to.Problem(
+        scene=to.Scene(robot), start=dict.fromkeys(robot.joint_names, 0.0), goal={"left_joint": 1.0}
+    )
+
+
+def test_two_arms_that_are_off_towards_each_other_count_both(tmp_path: Path) -> None:
+    problem = facing_arms(tmp_path / "two.urdf")
+    reduced = replace(problem, scene=problem.scene.with_model_error(joints=1e-3)).reduced
+    tips = (("left", np.array((0.5, 0.0, 0.0))), ("right", np.array((-0.5, 0.0, 0.0))))
+
+    def apart(positions: Floats) -> float:
+        placed = [
+            reduced.scene.placement_of(link, reduced.all_positions(positions)) * tip for link, tip in tips
+        ]
+        return float(np.linalg.norm(placed[0] - placed[1]))
+
+    # Both bars point the same way, side by side: each error brings its tip straight to the other.
+    here = np.array((np.pi / 2.0, -np.pi / 2.0))
+    signs = (1, 1), (-1, -1), (1, -1), (-1, 1)
+    nearer = max(apart(here) - apart(here + 1e-3 * np.array(each)) for each in signs)
+    one = replace(problem, scene=problem.scene.with_model_error(joints={"left_joint": 1e-3})).reduced
+    assert one.pairs.error.max() < nearer <= reduced.pairs.error.max()
+
+
 def test_a_motion_holds_for_robots_of_the_box() -> None:
     problem = to.named_problem("cup_past_pillar")
     scene = problem.scene.with_model_error(joints=ANGLE, mounting=(1e-3, ANGLE))
@@ -120,6 +158,16 @@ def test_torques_hold_for_lighter_and_heavier_payloads(share: float) -> None:
     assert (np.abs(torques) <= effort + 1e-6).all()
     assert shown.value is not None
     assert abs(shown.value) >= np.abs(torques[:, 1]).max() - 1e-3
+
+
+def test_a_scene_with_a_model_error_survives_a_file(tmp_path: Path) -> None:
+    problem = to.named_problem("cup_past_pillar")
+    scene = problem.scene.with_model_error(joints={"panda_joint2": ANGLE}, mounting=(1e-3, ANGLE))
+    asked = replace(problem, scene=scene)
+    asked.save(tmp_path / "asked.trajopt")
+    again = read_bundle(tmp_path / "asked.trajopt").problem
+    assert again.scene.model_error == scene.model_error
+    assert (again.reduced.pairs.error == asked.reduced.pairs.error).all()
 
 
 def test_without_an_error_nothing_changes() -> None:

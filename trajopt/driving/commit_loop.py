@@ -9,7 +9,7 @@ import numpy as np
 from trajopt.driving.committed_motion import REST, CommittedMotion
 from trajopt.driving.events import Event, EventKind, Journal
 from trajopt.driving.executor import Executor
-from trajopt.driving.motion_guard import MotionGuard, guard_of, start_at, with_tracking_margin
+from trajopt.driving.motion_guard import MotionGuard, guard_of, start_at
 from trajopt.driving.options import on_clock
 from trajopt.driving.servo_program import ApproachQuery, Braking
 from trajopt.driving.soonest_stop import StopTaken, soonest_stop, why_unproven
@@ -96,7 +96,7 @@ class Commitment(Printed):
     def approach_query(self, scene: Scene, braking: Braking, clearance: float) -> ApproachQuery:
         """Return the query of the allowed approach speeds in a scene, with a further clearance [m]."""
         problem = self.guard.problem
-        reduced = reduce_model(scene, problem.group, problem.start_positions)
+        reduced = reduce_model(self.guard.tracked(scene), problem.group, problem.start_positions)
         return ApproachQuery(reduced, braking, clearance + self.guard.options.distance_error)
 
     def reset(self) -> None:
@@ -151,7 +151,7 @@ class Commitment(Printed):
         self.guard, self.constrained, self.left_path_at = guard, True, None
 
     def planning_scene(self, at: float, world: WorldSnapshot) -> Scene:
-        return with_tracking_margin(world.at(at), self.guard.options.distance_error)
+        return self.guard.tracked(world.at(at))
 
     def continued(self, problem: Problem, at: float, world: WorldSnapshot) -> Problem:
         here = self.resting(problem, at, self.planning_scene(at, world))

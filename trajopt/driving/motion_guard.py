@@ -1,5 +1,6 @@
 """Motion guard: proves the motions that a robot is about to be driven along, in a world snapshot."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,9 +12,8 @@ from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
-from trajopt.scene.model_error import largest_deviation
 from trajopt.scene.reduced import ReducedModel
-from trajopt.scene.reducing import reduce_model, whole_robot
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, floats
 from trajopt.values.cached import LruCache
@@ -45,12 +45,26 @@ SMALLEST_MARGIN = 1e-4
 class MotionGuard(Value):
     """Proves motions that end at rest anywhere; one for each thread, as judges are.
 
-    Limits and path constraints of the problem must hold, its goal need not. Every required distance is
-    increased by the tracking deviation, the largest distance of any point from its commanded position [m].
+    Limits and path constraints of the problem must hold, its goal need not. Beyond its clearance, each pair
+    of bodies keeps the largest approach that the tracking tolerance can cause.
+
+    Attributes:
+        tolerance: Largest distance of each driven joint from its commanded position, by name [rad | m].
     """
 
     problem: Problem
-    deviation: float
+    tolerance: Mapping[str, float]
+
+    def tracked(self, scene: Scene) -> Scene:
+        """Return a scene whose robot may be off by the tracking tolerance."""
+        return replace(scene, model_error=scene.model_error.with_joints(self.tolerance, scene.robot))
+
+    @cached_property
+    def deviation(self) -> float:
+        """Largest approach of two bodies that the tolerance can cause [m]."""
+        problem = self.problem
+        reduced = reduce_model(self.tracked(problem.scene), problem.group, problem.start_positions)
+        return float(reduced.pairs.error.max(initial=0.0))
 
     def proven(
         self, motion: Trajectory, world: WorldSnapshot, begin: float, *, requirements: bool = True
@@ -79,9 +93,7 @@ class MotionGuard(Value):
 
     @cached_property
     def options(self) -> VerifyOptions:
-        return VerifyOptions(
-            distance_error=VerifyOptions.distance_error + self.deviation, first_intervals=FIRST_INTERVALS
-        )
+        return VerifyOptions(first_intervals=FIRST_INTERVALS)
 
     @cached_property
     def _judges(self) -> LruCache[Scene, Judge]:
@@ -91,7 +103,8 @@ class MotionGuard(Value):
         problem = self.problem
 
         def make() -> Judge:
-            return Judge(reduce_model(scene, problem.group, problem.start_positions), self.options)
+            reduced = reduce_model(self.tracked(scene), problem.group, problem.start_positions)
+            return Judge(reduced, self.options)
 
         return self._judges.get(scene, make)
 
@@ -99,7 +112,7 @@ class MotionGuard(Value):
         problem = self.problem
         positions = np.array(problem.start_positions)
         positions[scene.robot.index(motion.joint_names)] = motion(0.0)
-        return reduce_model(scene, problem.group, scene.robot.followed(positions))
+        return reduce_model(self.tracked(scene), problem.group, scene.robot.followed(positions))
 
     def _specification(self, motion: Trajectory, *, requirements: bool, clock: float = 0.0) -> Specification:
         problem, begins = self.problem, state_of(motion, 0.0)
@@ -151,23 +164,11 @@ def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floa
     Joints outside the group count, too: a finger joint that is off by a millimetre moves the fingertip as
     far.
     """
-    whole = whole_robot(problem.scene, joint_names, problem.start_positions)
-    return MotionGuard(problem, largest_deviation(whole, tolerance))
-
-
-def with_tracking_margin(scene: Scene, deviation: float) -> Scene:
-    stated = scene.clearances
-    wider = replace(
-        stated,
-        everywhere=stated.everywhere + deviation,
-        pairs={pair: value + deviation for pair, value in stated.pairs.items()},
-        links={link: value + deviation for link, value in stated.links.items()},
-        kinds={kind: value + deviation for kind, value in stated.kinds.items()},
-    )
-    return replace(scene, clearances=wider)
+    return MotionGuard(problem, dict(zip(joint_names, tolerance.tolist(), strict=True)))
 
 
 def reason_with_margin(result: Result, deviation: float) -> str:
     if result.status not in DISTANCE_STATUSES or deviation < SMALLEST_MARGIN:
         return result.reason
-    return f"{result.reason}; required distances include {1e3 * deviation:.4g} mm for the tracking tolerance"
+    reserve = f"up to {1e3 * deviation:.4g} mm for the tracking tolerance"
+    return f"{result.reason}; required distances include {reserve}"

@@ -213,7 +213,7 @@ def driven_by(
         duration=duration,
         contacts=tuple(contact for contact in arm.contacts if contact.allowance is None),
         contacts_at_fault=tuple(contact for contact in arm.contacts_at_fault if contact.allowance is None),
-        clearance_measured=_clearance(MotionGuard(problem, 0.0), world, driven),
+        clearance_measured=_clearance(MotionGuard(problem, {}), world, driven),
         clearance_proven=None if commanded is None else _clearance(guard, world, commanded),
         events=tuple(driver.events),
         seconds={stage: tuple(times) for stage, times in driver.seconds.items()},

@@ -20,7 +20,7 @@ from trajopt.geometry.geometry import BoundingBoxes
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.optimise.solvers.subproblem import BandedSteps
 from trajopt.robot.joints import EXCESS, JointLimits
-from trajopt.scene.model_error import pair_levers
+from trajopt.scene.bounds import pair_levers
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import ChangingPairs
 from trajopt.timing.time_scaling import TICK

@@ -117,7 +117,7 @@ def evading_stops(
         return
     state = np.stack([ahead(0.0, order) for order in range(3)])
     limits = with_jerk(here.limits)
-    reduced = reduce_model(world.scene, guard.problem.group, guard.problem.start_positions)
+    reduced = reduce_model(guard.tracked(world.scene), guard.problem.group, guard.problem.start_positions)
     around = ApproachQuery(reduced, Braking(limits, SAMPLE_TIME), guard.options.distance_error)
     for share in MEASURED_AT:
         there = np.stack((stop(share * stop.duration), state[1], np.zeros(len(state[1]))))

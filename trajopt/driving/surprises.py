@@ -29,7 +29,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.driving.motion_guard import guard_within, with_tracking_margin
+from trajopt.driving.motion_guard import guard_within
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.simulated import EXACT, TOLERANCE, Fault, FaultKind, Sensors
 from trajopt.planning.plan import plan
@@ -202,8 +202,7 @@ def undisturbed(problem: Problem, *, tolerance: float = TOLERANCE) -> Trajectory
     """
     driven = driven_joints(problem.scene.robot)
     guard = guard_within(problem, driven, np.full(len(driven), tolerance))
-    scene = with_tracking_margin(problem.scene, guard.options.distance_error)
-    return plan(replace(problem, scene=scene)).require().trajectory
+    return plan(replace(problem, scene=guard.tracked(problem.scene))).require().trajectory
 
 
 @checked

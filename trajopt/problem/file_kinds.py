@@ -39,6 +39,7 @@ def model_kinds() -> Kinds:
             "trajopt.robot.loading.urdf": "LinkGeometry MeshReference Mimic",
             "trajopt.robot.loading.srdf": "EndEffector",
             "trajopt.robot.loading.groups": "Group",
+            "trajopt.scene.model_error": "ModelUncertainty",
             "trajopt.scene.scene": "Scene",
             "trajopt.scene.scene_object": "SceneObject",
             "trajopt.scene.track": "Timing Track Prediction",

@@ -1,4 +1,4 @@
-"""Bounds of the gravity torques of joints over all configurations."""
+"""Bounds over all configurations: gravity torques of joints, and approaches of bodies by their motion."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,8 +7,9 @@ from math import atan2, hypot
 import numpy as np
 import pinocchio as pin
 
+from trajopt.scene.model_error import levers_of
 from trajopt.scene.reduced import ReducedModel, loaded_model, payloads
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, readonly
 
 ENDLESS = 1e6
 """Range of a sliding joint without limits [m]."""
@@ -190,3 +191,24 @@ def _slid(moments: _Moments, low: float, high: float) -> _Moments:
     least, most = moments.low + moments.mass * low, moments.high + moments.mass * high
     norm = float(np.hypot(moments.radius, max(abs(least), abs(most))))
     return _Moments(moments.mass, least, most, moments.radius, norm)
+
+
+def pair_levers(reduced: ReducedModel) -> Floats:
+    """Bound the approach speed of the bodies of each pair per unit speed of each joint, shape (p, n).
+
+    In any configuration [m/rad | m/m].
+    """
+    return reduced.derived(_pair_levers)
+
+
+def _pair_levers(reduced: ReducedModel) -> Floats:
+    levers, pairs = reduced.derived(_levers), reduced.pairs
+    first, second = levers[pairs.first], levers[pairs.second]
+    # A joint that carries both moves neither as seen from the other.
+    between = np.where((first > 0.0) & (second > 0.0), 0.0, first + second)
+    return readonly(between @ np.abs(reduced.mimic_matrix))
+
+
+def _levers(reduced: ReducedModel) -> Floats:
+    placed = [(body.joint, body.placement, body.shape) for body in reduced.bodies]
+    return readonly(levers_of(reduced.model, placed)[:, 1:])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -13,15 +13,11 @@ from trajopt.robot.bodies import CollisionBody
 from trajopt.robot.joints import FixedBody, joint_unit
 from trajopt.robot.loading.pinocchio_model import link_frame
 from trajopt.robot.robot import Robot
-from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value, at_least, number, readonly
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ProblemError, shown
-from trajopt.values.placement import WORLD, Placement
+from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
-
-if TYPE_CHECKING:
-    from trajopt.scene.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -51,6 +47,19 @@ class ModelUncertainty(Value):
         """Whether a body may be away from its place."""
         return bool(self.shift or self.turn or any(self.joints.values()))
 
+    def with_joints(self, errors: Mapping[str, float], robot: Robot) -> ModelUncertainty:
+        """Return a copy with further errors of joints [rad | m]; what follows a joint is off with it."""
+        followers = {
+            name: abs(mimic.multiplier) * errors[mimic.source]
+            for name, mimic in robot.mimics.items()
+            if mimic.source in errors
+        }
+        further = {**followers, **errors}
+        sizes = {
+            name: self.joints.get(name, 0.0) + further.get(name, 0.0) for name in (*self.joints, *further)
+        }
+        return replace(self, joints=sizes)
+
     def __str__(self) -> str:
         largest, mounted = max(self.joints.values(), default=0.0), self.shift or self.turn
         parts = (
@@ -65,7 +74,14 @@ EXACT = ModelUncertainty()
 """No error: the robot is as described."""
 
 
-def approaches(scene: Scene, bodies: Sequence[FixedBody], first: Ints, second: Ints) -> Floats:
+def approaches(
+    error: ModelUncertainty,
+    robot: Robot,
+    carried: Sequence[CollisionBody],
+    bodies: Sequence[FixedBody],
+    first: Ints,
+    second: Ints,
+) -> Floats:
     """Bound how much nearer the model error brings the bodies of each pair, in any configuration.
 
     The errors act one after the other: each joint turns or slides all that it carries as one, and moves a
@@ -73,15 +89,14 @@ def approaches(scene: Scene, bodies: Sequence[FixedBody], first: Ints, second: I
     seen from the other.
 
     Args:
-        bodies: Of the scene, with the pairs' indices.
+        carried: Bodies of objects on links of the robot.
+        bodies: All bodies of the scene, with the pairs' indices.
         first: Of each pair the first body, shape (p,).
         second: The second, shape (p,).
 
     Returns:
         Shape (p,) [m].
     """
-    error, robot = scene.model_error, scene.robot
-    carried = [body for body in scene.object_bodies() if body.frame != WORLD]
     known = {**_levers_of_links(robot), **_levers_by_name(robot, carried)}
     levers = np.array([known.get(body.name, np.zeros(robot.model.njoints)) for body in bodies])
     mounted = np.array([body.name in known for body in bodies], dtype=np.bool_)
@@ -92,42 +107,6 @@ def approaches(scene: Scene, bodies: Sequence[FixedBody], first: Ints, second: I
     moves[:, 0] = mounted
     both = moves[first] & moves[second]
     return readonly(np.where(both, 0.0, moved[first] + moved[second]).sum(axis=1))
-
-
-def largest_deviation(reduced: ReducedModel, errors: Floats) -> float:
-    """Bound the displacement of any point of the robot and its attached objects, in any configuration [m].
-
-    A joint that turns by an angle moves a point by at most the angle times its distance, at most the sum of
-    the distances between consecutive joints. Errors of several joints add up. The result also bounds the
-    approach of two bodies.
-
-    Args:
-        errors: Largest error of each joint of the group, shape (n,) [rad | m].
-    """
-    alone = reduced.derived(_levers) @ (np.abs(reduced.mimic_matrix) @ errors)
-    together = pair_levers(reduced) @ errors
-    return max(float(alone.max(initial=0.0)), float(together.max(initial=0.0)))
-
-
-def pair_levers(reduced: ReducedModel) -> Floats:
-    """Bound the approach speed of the bodies of each pair per unit speed of each joint, shape (p, n).
-
-    In any configuration [m/rad | m/m].
-    """
-    return reduced.derived(_pair_levers)
-
-
-def _pair_levers(reduced: ReducedModel) -> Floats:
-    levers, pairs = reduced.derived(_levers), reduced.pairs
-    first, second = levers[pairs.first], levers[pairs.second]
-    # A joint that carries both moves neither as seen from the other.
-    between = np.where((first > 0.0) & (second > 0.0), 0.0, first + second)
-    return readonly(between @ np.abs(reduced.mimic_matrix))
-
-
-def _levers(reduced: ReducedModel) -> Floats:
-    placed = [(body.joint, body.placement, body.shape) for body in reduced.bodies]
-    return readonly(_levers_of(reduced.model, placed)[:, 1:])
 
 
 @cached_per_value
@@ -141,7 +120,7 @@ def _levers_by_name(robot: Robot, bodies: Sequence[CollisionBody]) -> Mapping[st
         link = robot.model.frames[link_frame(robot.model, body.frame)]
         at = Placement(readonly(link.placement.rotation.copy()), readonly(link.placement.translation.copy()))
         placed.append((int(link.parentJoint), at * body.placement, body.shape))
-    levers = _levers_of(robot.model, placed)
+    levers = levers_of(robot.model, placed)
     return {body.name: row for body, row in zip(bodies, levers, strict=True)}
 
 
@@ -149,7 +128,7 @@ PlacedShape: TypeAlias = tuple[int, Placement, Shape]
 """A shape, the joint that carries it (0: the world), and its placement in that joint."""
 
 
-def _levers_of(model: pin.Model, placed: Sequence[PlacedShape]) -> Floats:
+def levers_of(model: pin.Model, placed: Sequence[PlacedShape]) -> Floats:
     """Bound the distance of each body's points from each joint that carries it, 1 for a sliding joint.
 
     In any configuration, shape (bodies, 1 + model joints) [m]; 0 for joints that do not carry the body. The

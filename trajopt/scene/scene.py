@@ -713,8 +713,8 @@ class Scene(Value):
         described robot: nothing corrects where the real tool is.
 
         Args:
-            joints: Error of the zero position of every joint that turns [rad], or of single joints, by name
-                [rad | m].
+            joints: Error of the zero position of every joint that turns [rad], or of single joints and those
+                that follow them, by name [rad | m].
             mounting: Displacement of the robot's root in the world [m], and its rotation about any axis
                 through the root's origin [rad].
             payload: Error of the masses of attached objects, as a share of each.
@@ -725,15 +725,14 @@ class Scene(Value):
             JointNotFound: If the robot has no such joint.
         """
         robot = self.robot
+        shift, turn = floats("mounting", mounting, (2,)).tolist()
+        error = ModelUncertainty({}, shift, turn, number("payload", payload))
         if isinstance(joints, Mapping):
             robot.index(tuple(joints))
-            sizes = dict(joints)
-        else:
-            size = number("joints", joints)
-            sizes = {name: size for name in robot.joint_names if joint_unit(robot.model, name) == "rad"}
-        shift, turn = floats("mounting", mounting, (2,)).tolist()
-        error = ModelUncertainty(sizes, shift, turn, number("payload", payload))
-        return replace(self, model_error=error)
+            return replace(self, model_error=error.with_joints(joints, robot))
+        size = number("joints", joints)
+        turning = {name: size for name in robot.joint_names if joint_unit(robot.model, name) == "rad"}
+        return replace(self, model_error=replace(error, joints=turning))
 
     def allow_contact(
         self, name: str, a: str, b: str, *, depth: float = 1e-3, first: float = 0.0, last: float = 0.0
