@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
+from trajopt.files.bundle import read_bundle, read_result
 from trajopt.files.export import export
 from trajopt.planning import Status
 from trajopt.tasks import (
@@ -33,7 +35,8 @@ from trajopt.tasks import (
 from trajopt.tasks.cartesian import Begin, FollowOptions, line, raster
 from trajopt.tasks.grasping import Grasp, Place
 from trajopt.tasks.grasping.simulation import Hold, simulate_handling
-from trajopt.values.errors import NameNotFound, PlanningFailed, ProblemError
+from trajopt.values.errors import FileFormatError, NameNotFound, PlanningFailed, ProblemError
+from trajopt.viewer.report import write_report
 
 DOWN = (np.pi, 0.0, 0.0)
 ARM = tuple(f"panda_joint{number}" for number in range(1, 8))
@@ -120,7 +123,7 @@ def test_the_trajectory_is_the_whole_task(carried: TaskResult, tmp_path: Path) -
         for t in np.linspace(0.0, segment.duration, 7):
             np.testing.assert_allclose(whole(begin + t), segment.positions(t)[index], atol=1e-9)
         begin += segment.duration
-    assert export(carried.trajectory, tmp_path / "task.csv", to="csv").path.exists()
+    assert export(carried, tmp_path / "task.csv", to="csv").path.exists()
     assert json.loads(json.dumps(carried.as_dict()))["verified"] is True
 
 
@@ -143,6 +146,71 @@ def test_the_trajectory_of_a_robot_without_jerk_limits_stands_still_between_moti
         assert np.abs(whole(np.linspace(ends, begin, 50), 2)).max() <= arm.limits.acceleration.max() + 1e-6
     for before, after in pairwise(result.stages):
         assert before.end == pytest.approx(after.begin)
+
+
+def test_a_task_is_read_as_it_was_written(carried: TaskResult, tmp_path: Path) -> None:
+    carried.save(tmp_path / "task.trajopt")
+    again = read_result(tmp_path / "task.trajopt")
+    assert isinstance(again, TaskResult)
+    assert again.stages == carried.stages
+    assert again.certificate.verified
+    np.testing.assert_array_equal(again.trajectory.positions, carried.trajectory.positions)
+    assert again.handling("cup").grasp is not None
+    with pytest.raises(FileFormatError, match="the result of several motions: read it with read_result"):
+        read_bundle(tmp_path / "task.trajopt")
+    carried.segments[0].result.save(tmp_path / "open.trajopt")
+    with pytest.raises(FileFormatError, match="is a plan: read it with read_bundle"):
+        read_result(tmp_path / "open.trajopt")
+
+
+def test_a_motion_that_was_changed_in_the_file_is_refused(carried: TaskResult, tmp_path: Path) -> None:
+    """Scaled to a hundredth of the time, the motion breaks its limits."""
+    first = carried.segments[1]
+    moved = first.trajectory
+    fast = replace(moved, times=0.01 * moved.times)
+    spoilt = replace(first, result=replace(first.result, timed=None, trajectory=fast))
+    replace(carried, segments=(carried.segments[0], spoilt, *carried.segments[2:])).save(
+        tmp_path / "x.trajopt"
+    )
+    with pytest.raises(FileFormatError, match="has a motion that is not proven"):
+        read_result(tmp_path / "x.trajopt")
+
+
+def test_the_certificate_has_the_checks_of_all_motions_at_their_times(carried: TaskResult) -> None:
+    whole = carried.certificate
+    parts = [segment.result.require().certificate for segment in carried.segments]
+    assert whole.verified
+    assert len(whole.checks) == sum(len(part.checks) for part in parts)
+    assert whole.clearance == min(part.clearance for part in parts)
+    times = [check.time for check in whole.checks if check.time is not None]
+    assert max(times) > carried.begins[-1]
+    assert whole.checks[-1].name.startswith("move to ready: ")
+
+
+def test_in_the_whole_the_object_moves_with_the_hand(carried: TaskResult, tmp_path: Path) -> None:
+    reduced, trajectory = carried.whole
+    motion = reduced.scene.object("cup").timing.motion
+    assert motion is not None
+    begin = carried.begins[3]
+    for share in (0.2, 0.5, 0.8):
+        since = share * carried.segments[3].trajectory.duration
+        planned = carried.segments[3].scene.placement_of("cup", carried.segments[3].positions(since))
+        there = motion.track.at(float(begin + since))
+        assert np.linalg.norm(there.translation - planned.translation) < 1e-3
+    assert trajectory.duration == pytest.approx(carried.duration)
+    assert to.render(carried, tmp_path / "task.png", width=160, height=120).stat().st_size > 1000
+    with pytest.raises(ProblemError, match="simulate: these are several motions"):
+        to.simulate(carried)  # pyright: ignore[reportCallIssue, reportArgumentType]
+
+
+def test_a_report_has_the_cycle_times_and_the_proof(
+    carried: TaskResult, cell: to.Scene, tmp_path: Path
+) -> None:
+    text = write_report(carried, tmp_path / "task.html", moving=False).read_text()
+    assert all(stage.name in text for stage in carried.stages)
+    assert "What was proven" in text
+    failed = to.plan(task(cell, MoveTo(over(1.5, 0.0), name="too far")))
+    assert "too far" in write_report(failed, tmp_path / "failed.html", moving=False).read_text()
 
 
 def test_a_page_shows_each_motion_in_the_scene_of_its_time(carried: TaskResult) -> None:

@@ -17,6 +17,7 @@ from trajopt.tasks.task import Task
 from trajopt.tasks.written import read_task
 from trajopt.values.documents.document import write_json
 from trajopt.viewer.playback import view as view_motions
+from trajopt.viewer.report import write_report
 
 task = typer.Typer(
     help="Plan a whole job: stages in YAML, in order or in the best order.",
@@ -25,7 +26,9 @@ task = typer.Typer(
 )
 
 JobArgument = Annotated[Path, typer.Argument(help="The job in YAML.")]
-OutOption = Annotated[Path | None, typer.Option("--out", help="Write the result here as JSON.")]
+OutOption = Annotated[
+    Path | None, typer.Option("--out", help="File for the result: .trajopt, .html or .json.")
+]
 ImproveOption = Annotated[
     bool, typer.Option("--improve", help="Optimise path and timing of each motion together.")
 ]
@@ -44,6 +47,16 @@ def _read(robot: options.RobotSource, job: Path, scene: Path | None) -> Task:
 def _planned(job: Task, *, improve: bool, seconds: float | None) -> TaskResult:
     with progress_line() as line:
         return plan_task(job, improve=improve, seconds=seconds, progress=line.show)
+
+
+def _write(result: TaskResult, out: Path) -> None:
+    match out.suffix:
+        case ".trajopt":
+            result.save(out)
+        case ".html":
+            write_report(result, out)
+        case _:
+            write_json(out, result.as_dict())
 
 
 @task.command()
@@ -73,7 +86,7 @@ def plan(
     """Plan a job and print its cycle times. Exit status 0 verified, 1 no plan, 2 bad input."""
     result = _planned(_read(robot, job, scene), improve=improve, seconds=seconds)
     if out is not None:
-        write_json(out, result.as_dict())
+        _write(result, out)
     typer.echo(json.dumps(result.as_dict(), allow_nan=False) if as_json else str(result.explain()))
     raise typer.Exit(0 if result.verified else 1)
 
@@ -114,4 +127,4 @@ def export(
     if not result.verified:
         typer.echo(str(result.explain()))
         raise typer.Exit(1)
-    typer.echo(str(write_motion(result.trajectory, out, to=to, hz=hz)))
+    typer.echo(str(write_motion(result, out, to=to, hz=hz)))

@@ -99,14 +99,27 @@ class Planned(Protocol[Model_co]):
         ...
 
 
+class PlannedWhole(Protocol[Model_co]):
+    """Several motions, one after the other: the result of a task, or of a pick and place."""
+
+    @property
+    def whole(self) -> tuple[Model_co, Trajectory]:
+        """The robot with all moving joints free, and its motion; objects that it moves are on tracks."""
+        ...
+
+
 def model_and_trajectory(
     caller: str,
-    motion: Planned[Model] | Model,
+    motion: Planned[Model] | PlannedWhole[Model] | Model,
     trajectory: Trajectory | None,
     kind: type[Model],
     argument: str = "motion",
 ) -> tuple[Model, Trajectory]:
-    """Return robot and motion of a plan, or of a reduced model with a trajectory."""
+    """Return robot and motion of a plan, or of a reduced model with a trajectory.
+
+    Args:
+        motion: A plan, a result that has one or several motions, or a reduced model.
+    """
     unless_none("trajectory", trajectory, Trajectory)
     if isinstance(motion, kind):
         if trajectory is None:
@@ -114,6 +127,8 @@ def model_and_trajectory(
         return motion, trajectory
     require: Callable[[], object] = getattr(motion, "require", lambda: None)
     plan = require()
+    if isinstance(plan, tuple):
+        return cast(PlannedWhole[Model], motion).whole
     if not hasattr(plan, "problem"):
         given, hint = f"{argument} is {shown(motion)}", ""
         if isinstance(motion, HasReduced):

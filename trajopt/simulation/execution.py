@@ -167,6 +167,11 @@ def simulate(
     """
     from trajopt.simulation.plant import Plant  # importing MuJoCo takes a second
 
+    if hasattr(type(motion), "whole"):
+        raise ProblemError(
+            "simulate: these are several motions: simulate the result of each segment, or an object in the "
+            "hand by trajopt.tasks.grasping.simulation.simulate_handling"
+        )
     reduced, trajectory = model_and_trajectory("simulate", motion, trajectory, ReducedModel)
     options = unless_none("options", options, SimulationOptions) or SimulationOptions()
     trajectory = in_group_order(reduced, trajectory)

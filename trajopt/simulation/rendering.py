@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.scene.planned_robot import HasReduced, Planned, model_and_trajectory
+from trajopt.scene.planned_robot import HasReduced, Planned, PlannedWhole, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
 from trajopt.simulation.camera import CameraView
 from trajopt.simulation.rollout import Rollout, SequenceLog
@@ -22,6 +22,17 @@ if TYPE_CHECKING:
     from trajopt.simulation.sampled_motion import SampledMotion
 
 
+Subject = (
+    Planned[ReducedModel]
+    | PlannedWhole[ReducedModel]
+    | Rollout
+    | SequenceLog
+    | ReducedModel
+    | HasReduced[ReducedModel]
+)
+"""Anything that can be drawn."""
+
+
 class Layout(Enum):
     """Layout of several times in one PNG."""
 
@@ -30,7 +41,7 @@ class Layout(Enum):
 
 
 def render(
-    subject: Planned[ReducedModel] | Rollout | SequenceLog | ReducedModel | HasReduced[ReducedModel],
+    subject: Subject,
     motion: Rollout | Trajectory | SequenceLog | Path | str,
     path: Path | str | None = None,
     *,
@@ -48,8 +59,8 @@ def render(
     For a problem it draws the start: `render(problem, "start.png")`.
 
     Args:
-        subject: A plan, a result with a plan, a simulated motion, a problem; or a reduced model (robot and
-            scene).
+        subject: A plan, a result with one or several motions, a simulated motion, a problem; or a reduced
+            model (robot and scene).
         motion: The file; or, for a reduced model, the motion, simulated or planned. A simulated sequence has
             its own reduced model.
         path: The file, after a motion; its suffix selects the format.
@@ -121,7 +132,7 @@ def _check_sizes(width: int, height: int, fps: float, *, even: bool) -> None:
 
 
 def _drawn(
-    subject: Planned[ReducedModel] | Rollout | SequenceLog | ReducedModel | HasReduced[ReducedModel],
+    subject: Subject,
     motion: Rollout | Trajectory | SequenceLog | Path | str,
     path: Path | str | None,
 ) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog | None, Path]:

@@ -1,22 +1,20 @@
 """Result of a task: its motions in order with the times of its stages, or the reason why there are none."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
-from trajopt.planning.budget import Stop
 from trajopt.planning.result import Result
-from trajopt.planning.status import Certainty, OutcomeSummary, Status
+from trajopt.planning.status import Status
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.tasks.grasping.result import PickPlaceResult, Segment, Stage
-from trajopt.timing.time_scaling import JOLT, after_standing, standing
-from trajopt.values.arrays import Floats, Ints, Value, readonly
-from trajopt.values.errors import NameNotFound, PlanningFailed, shown
-from trajopt.values.trajectory import Trajectory
+from trajopt.tasks.sequence import MotionSequence, PlannedSegment, StageTime
+from trajopt.timing.time_scaling import JOLT
+from trajopt.values.arrays import Value
+from trajopt.values.errors import NameNotFound, shown
 
 SETTLING = 2.0 * JOLT
 """Rest between two motions in which accelerations at their ends decay and build up [s]."""
@@ -36,7 +34,7 @@ class StageRest:
 
 
 @dataclass(frozen=True, eq=False)
-class TaskSegment(Value):
+class TaskSegment(PlannedSegment, Value):
     """One motion of a task from rest to rest, through the ends of its stages.
 
     Attributes:
@@ -53,10 +51,6 @@ class TaskSegment(Value):
     def title(self) -> str:
         """The names of its stages."""
         return ", ".join(self.stages)
-
-    @property
-    def trajectory(self) -> Trajectory:
-        return self.result.require().trajectory
 
     @property
     def rest(self) -> float:
@@ -78,15 +72,6 @@ class TaskSegment(Value):
             return self
         return replace(self, pauses=(StageRest("", missing), *self.pauses))
 
-    def positions(self, time: float) -> Floats:
-        """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
-        return self.result.problem.reduced.all_positions(self.trajectory(time))
-
-    @property
-    def end(self) -> Floats:
-        """Positions of all joints at its end, shape (number of joints,) [rad | m]."""
-        return self.positions(self.trajectory.duration)
-
     @property
     def ends(self) -> tuple[tuple[str, float], ...]:
         """Stages and pauses with their end times since the beginning of the motion [s]."""
@@ -104,23 +89,6 @@ class TaskSegment(Value):
             stage = pause.stage or self.stages[-1]
             ends[stage] = max(ends.values()) + pause.seconds
         return tuple(ends.items())
-
-
-@dataclass(frozen=True)
-class StageTime:
-    """When a stage takes place.
-
-    Attributes:
-        begin: Its begin since the start of the task [s].
-        end: Its end, rest included [s].
-    """
-
-    name: str
-    begin: float
-    end: float
-
-    def __str__(self) -> str:
-        return f"{self.begin:8.2f} s {self.end - self.begin:8.2f} s  {self.name}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +155,7 @@ class StageRefusal(Value):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class TaskResult(Value):
+class TaskResult(MotionSequence[TaskSegment]):
     """A planned task, or the reason why there is no plan.
 
     Attributes:
@@ -202,66 +170,25 @@ class TaskResult(Value):
         stopped: The cause of an early end of planning; None without one.
     """
 
-    name: str
-    scene: Scene
-    final_scene: Scene
-    start: Floats
-    status: Status
     segments: tuple[TaskSegment, ...]
     refusals: tuple[StageRefusal, ...]
-    counts: Mapping[str, int]
-    cpu_seconds: Mapping[str, float]
-    group: str
     handled: Mapping[str, Handling] = field(default_factory=dict[str, Handling])
-    stopped: Stop | None = None
-
-    @property
-    def verified(self) -> bool:
-        """Whether there is a plan, each motion of which the judge verified in the scene of its time."""
-        return self.status is Status.SOLVED
-
-    def require(self) -> tuple[TaskSegment, ...]:
-        """Return the motions.
-
-        Raises:
-            PlanningFailed: If there is no verified plan; carries this result.
-        """
-        if not self.verified:
-            raise PlanningFailed(str(self.explain()), self)
-        return self.segments
 
     @property
     def duration(self) -> float:
         """Of the whole task [s]."""
         return sum(segment.duration for segment in self.require())
 
-    @cached_property
+    @property
     def stages(self) -> tuple[StageTime, ...]:
         """Begin and end of each stage that moves or rests, in order."""
-        begins = np.cumsum([0.0, *(segment.duration for segment in self.require())])
         found: list[StageTime] = []
-        for begin, segment in zip(begins.tolist(), self.segments, strict=False):
+        for begin, segment in zip(self.begins.tolist(), self.segments, strict=True):
             since = 0.0
             for name, end in segment.ends:
                 found.append(StageTime(name, begin + since, begin + end))
                 since = end
         return tuple(found)
-
-    @cached_property
-    def trajectory(self) -> Trajectory:
-        """The whole task as one motion of all joints that move in it, rests included."""
-        segments = self.require()
-        robot = self.scene.robot
-        joints = tuple(
-            name
-            for name in robot.joint_names
-            if any(name in segment.result.problem.reduced.joint_names for segment in segments)
-        )
-        parts = [_of_joints(segment, joints, robot.index(joints)) for segment in segments]
-        whole = parts[0]
-        for before, part in zip(segments, parts[1:], strict=False):
-            whole = after_standing(whole, before.rest, part) if before.rest else whole.followed_by(part)
-        return standing(whole, segments[-1].rest) if segments[-1].rest else whole
 
     def handling(self, name: str) -> PickPlaceResult:
         """Return the part of the task in which an object is picked and placed last, for `simulate_handling`.
@@ -299,17 +226,6 @@ class TaskResult(Value):
         )
 
     @property
-    def final_positions(self) -> Floats:
-        """Positions of all joints after, shape (number of joints,) [rad | m]."""
-        return self.require()[-1].end
-
-    @property
-    def final_state(self) -> Mapping[str, float]:
-        """Joint -> position of all joints after [rad | m]."""
-        joints = self.final_scene.robot.joint_names
-        return dict(zip(joints, map(float, self.final_positions), strict=True))
-
-    @property
     def reason(self) -> str:
         """The outcome in a sentence."""
         if self.verified:
@@ -319,22 +235,9 @@ class TaskResult(Value):
         last = self.refusals[-1].stage
         return f"{self.status.name}: {next(item for item in self.refusals if item.stage == last)}"
 
-    def explain(self) -> OutcomeSummary:
-        """Return the cycle times, or the reasons of the rejected ways, for printing."""
-        if self.verified:
-            grounds = "the judge verified every motion in the scene of its time"
-            details: Sequence[str] = tuple(map(str, self.stages))
-        else:
-            ended = "" if self.stopped is None else "; the search was not finished"
-            grounds = f"{len(self.refusals)} ways were tried and rejected{ended}"
-            details = self._causes()
-        return OutcomeSummary(
-            status=self.status,
-            reason=self.reason,
-            certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
-            grounds=grounds,
-            details=tuple(details),
-        )
+    def _details(self) -> tuple[str, tuple[str, ...]]:
+        details = tuple(map(str, self.stages)) if self.verified else self._causes()
+        return f"{len(self.refusals)} ways", details
 
     def _causes(self) -> tuple[str, ...]:
         found: dict[tuple[str, Status], list[StageRefusal]] = {}
@@ -367,17 +270,3 @@ class TaskResult(Value):
             "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
             "stopped": None if self.stopped is None else self.stopped.name,
         }
-
-
-def _of_joints(segment: TaskSegment, joints: tuple[str, ...], index: Ints) -> Trajectory:
-    moving, reduced = segment.trajectory, segment.result.problem.reduced
-    assert moving.velocities is not None
-    assert moving.accelerations is not None
-    columns = [joints.index(name) for name in moving.joint_names]
-    positions = np.tile(reduced.all_positions(moving.positions[0])[index], (len(moving.times), 1))
-    velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
-    positions[:, columns] = moving.positions
-    velocities[:, columns], accelerations[:, columns] = moving.velocities, moving.accelerations
-    return Trajectory(
-        joints, moving.times, readonly(positions), readonly(velocities), readonly(accelerations)
-    )

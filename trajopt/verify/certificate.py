@@ -1,6 +1,7 @@
 """Certificate: the checks of a trajectory, with margins and evidence."""
 
-from dataclasses import dataclass, fields
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
 from enum import Enum
 from math import isfinite
 from typing import Any
@@ -269,3 +270,47 @@ def _plain(value: Any) -> Any:
             return [_plain(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
         case _:
             return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
+
+
+def joined(parts: Iterable[tuple[str, float, Certificate]]) -> Certificate:
+    """Return the certificate of several motions, one after the other.
+
+    Args:
+        parts: Name and begin [s] of each motion, and its certificate.
+    """
+    known = tuple(parts)
+    each = [part for _, _, part in known]
+    return Certificate(
+        checks=tuple(
+            replace(
+                check,
+                name=f"{name}: {check.name}",
+                time=None if check.time is None else begin + check.time,
+            )
+            for name, begin, part in known
+            for check in part.checks
+        ),
+        clearance=min(part.clearance for part in each),
+        at_fault=min(part.at_fault for part in each),
+        pairs=tuple(
+            sorted(
+                (replace(pair, time=begin + pair.time) for _, begin, part in known for pair in part.pairs),
+                key=lambda pair: pair.measured,
+            )
+        ),
+        unproven=next(
+            (
+                replace(part.unproven, begin=begin + part.unproven.begin, end=begin + part.unproven.end)
+                for _, begin, part in known
+                if part.unproven is not None
+            ),
+            None,
+        ),
+        required=(min(part.required[0] for part in each), max(part.required[1] for part in each)),
+        margin=(min(part.margin[0] for part in each), max(part.margin[1] for part in each)),
+        counts=Counts(
+            distances=sum(part.counts.distances for part in each),
+            kinematics=sum(part.counts.kinematics for part in each),
+        ),
+        notes=tuple(dict.fromkeys(note for part in each for note in part.notes)),
+    )

@@ -198,13 +198,6 @@ def test_a_base_in_the_plane_has_no_place_in_a_joint_trajectory(tmp_path: Path) 
     export(moving, tmp_path / "robot.yaml", to="moveit")
 
 
-class Several:
-    """A result that has a sequence of motions, as that of `pick_and_place`."""
-
-    def require(self) -> tuple[()]:
-        return ()
-
-
 def test_formats_have_names(motion: to.Trajectory, tmp_path: Path) -> None:
     assert all(exporter_named(name) == make() for name, make in EXPORTERS.items())
     with pytest.raises(NameNotFound, match="no format to export to named 'cvs'; did you mean 'csv'"):
@@ -213,8 +206,6 @@ def test_formats_have_names(motion: to.Trajectory, tmp_path: Path) -> None:
         export(motion, tmp_path / "m.csv", to=3)  # type: ignore[arg-type]
     with pytest.raises(ProblemError, match="export: give a plan"):
         export("plan.json", tmp_path / "m.csv", to=Csv())  # type: ignore[arg-type]
-    with pytest.raises(ProblemError, match="several motions need a file each"):
-        export(Several(), tmp_path / "m.csv", to=Csv())  # type: ignore[arg-type]
     with pytest.raises(ProblemError, match="path must be the path of a file"):
         export(motion, None, to=Csv())  # type: ignore[arg-type]
     assert not list(tmp_path.iterdir())

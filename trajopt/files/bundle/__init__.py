@@ -6,6 +6,7 @@
 from trajopt.files.bundle.bundle import Bundle as Bundle
 from trajopt.files.bundle.bundle import Holds as Holds
 from trajopt.files.bundle.bundle import read_bundle as read_bundle
+from trajopt.files.bundle.bundle import read_result as read_result
 from trajopt.files.bundle.bundle import save as save
 from trajopt.files.bundle.replay import Replay as Replay
 from trajopt.files.bundle.replay import replay as replay

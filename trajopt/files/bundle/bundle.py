@@ -18,6 +18,8 @@ from trajopt.files.bundle.containers import (
     Members,
     array_bytes,
     digest,
+    shared_document,
+    shared_value_of,
     write_archive,
 )
 from trajopt.files.proof import Proof, prove
@@ -61,6 +63,7 @@ class Holds(Enum):
     PLAN = "a plan"
     FAILURE = "a problem that planning did not solve"
     PROBLEM = "a problem"
+    MOTIONS = "the result of several motions"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -125,11 +128,13 @@ class Bundle(Value):
 
 @checked
 def save(
-    what: Result | Plan | Problem, path: Path | str, *, explained: bool = True, proof: bool = False
+    what: Result | Plan | Problem | Value, path: Path | str, *, explained: bool = True, proof: bool = False
 ) -> None:
     """Write a result, a plan or a problem as a bundle, with visual meshes.
 
     Args:
+        what: A result (success or failure), a plan, or a problem; or the result of a task or of a pick and
+            place, which `read_result` reads.
         path: By convention with the extension ".trajopt".
         explained: Whether to include the explanation of a failure (`Result.explain`), which may take seconds.
         proof: Whether to include a proof of the motion (docs/proofs.md), which takes some 0.2 s.
@@ -139,7 +144,15 @@ def save(
         ProblemError: If a proof is requested, but there is no verified motion, or no witness is found.
         FileFormatError: If the file cannot be written, or a mesh of the robot cannot be read.
     """
-    write_archive(path, bundle_members(what, explained=explained, proof=proof))
+    if isinstance(what, Result | Plan | Problem):
+        write_archive(path, bundle_members(what, explained=explained, proof=proof))
+        return
+    if proof:
+        raise ProblemError("each segment has a proof of its own: segment.result.require().save_proof(path)")
+    document, writer = shared_document(what)
+    members = {VALUE: _json(document), **named_members(writer)}
+    name = str(getattr(what, "name", type(what).__name__))
+    write_archive(path, {DESCRIPTION: _described(Holds.MOTIONS, name, members), **members})
 
 
 def bundle_members(
@@ -160,16 +173,21 @@ def bundle_members(
     if problem.scene.robot.urdf_xml.lstrip().startswith("<"):
         members[URDF] = problem.scene.robot.urdf_xml.encode()
     members |= named_members(writer)
-    described: dict[str, object] = {
-        "format": FORMAT,
-        "version": VERSION,
-        "holds": _holds(what).name,
-        "name": problem.name,
-        "made": datetime.now(UTC).isoformat(timespec="seconds"),
-        "versions": versions(),
-        "members": {name: digest(data) for name, data in members.items()},
-    }
-    return {DESCRIPTION: _json(described), **members}
+    return {DESCRIPTION: _described(_holds(what), problem.name, members), **members}
+
+
+def _described(holds: Holds, name: str, members: Mapping[str, bytes]) -> bytes:
+    return _json(
+        {
+            "format": FORMAT,
+            "version": VERSION,
+            "holds": holds.name,
+            "name": name,
+            "made": datetime.now(UTC).isoformat(timespec="seconds"),
+            "versions": versions(),
+            "members": {name: digest(data) for name, data in members.items()},
+        }
+    )
 
 
 def _proof(what: Result | Plan | Problem) -> Proof:
@@ -272,16 +290,11 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
 
 def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
     """Return the bundle stored in members; see `read_bundle`."""
-    about = document_in(archive, DESCRIPTION)
-    if about["format"].value != FORMAT:
-        raise about.error("is not a bundle of trajopt")
-    if about["version"].value != VERSION:
-        raise about["version"].error(f"is {shown(about['version'].value)}; this trajopt reads {VERSION}")
-    _check_digests(archive, about["members"])
+    about, holds = _about(archive)
+    if holds is Holds.MOTIONS:
+        raise about["holds"].error(f"is {holds.value}: read it with read_result")
     reader = reader_of(archive, meshes)
-    holds, problem = about["holds"].text(), _problem(archive, reader)
-    if holds not in Holds.__members__:
-        raise about["holds"].error(f"must be one of {', '.join(Holds.__members__)}, is {shown(holds)}")
+    problem = _problem(archive, reader)
     motion = _motion(archive, reader, problem)
     arguments = _arguments(archive, reader)
     try:
@@ -290,7 +303,7 @@ def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
         raise about["made"].error("is not a date") from error
     return Bundle(
         path=archive.path,
-        holds=Holds[holds],
+        holds=holds,
         made=about["made"].text(),
         versions=_texts(about["versions"]),
         problem=problem,
@@ -316,6 +329,40 @@ def _stored_proof(archive: Members, problem: Problem, trajectory: Trajectory | N
     if field:
         raise archive.error(f"{PROOF} is not a proof of this plan: its {field} differs")
     return proof
+
+
+@checked
+def read_result(path: Path | str, *, meshes: Path | str | None = None) -> Value:
+    """Read the result of a task or of a pick and place; its motions are judged again.
+
+    Args:
+        meshes: Folder for unpacking the visual meshes; None leaves them packed.
+
+    Raises:
+        FileFormatError: If the file is invalid, holds something else, or a motion that is not proven.
+    """
+    archive = Archive(path)
+    about, holds = _about(archive)
+    if holds is not Holds.MOTIONS:
+        raise about["holds"].error(f"is {holds.value}: read it with read_bundle")
+    node = document_in(archive, VALUE).only(("value", "shared"))
+    value = shared_value_of(node, archive.array, lambda name: _file(archive, name, meshes))
+    if not isinstance(value, Value):
+        raise node["value"].error(f"must be a result, is {shown(value)}")
+    return value
+
+
+def _about(archive: Members) -> tuple[Node, Holds]:
+    about = document_in(archive, DESCRIPTION)
+    if about["format"].value != FORMAT:
+        raise about.error("is not a bundle of trajopt")
+    if about["version"].value != VERSION:
+        raise about["version"].error(f"is {shown(about['version'].value)}; this trajopt reads {VERSION}")
+    _check_digests(archive, about["members"])
+    holds = about["holds"].text()
+    if holds not in Holds.__members__:
+        raise about["holds"].error(f"must be one of {', '.join(Holds.__members__)}, is {shown(holds)}")
+    return about, Holds[holds]
 
 
 def document_in(archive: Members, name: str) -> Node:

@@ -158,6 +158,7 @@ _ANSWERED = {
     "trajopt.optimise.solvers.solver": "SolverStatus",
     "trajopt.tasks.cartesian.result": "Followed StopReason",
     "trajopt.tasks.grasping.result": "Stage Segment Refusal PickPlaceResult",
+    "trajopt.tasks.result": "StageRest TaskSegment CandidateNames Handling StageRefusal TaskResult",
 }
 _OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshReference"}
 """Parts of robots: a request names a robot and does not contain one."""

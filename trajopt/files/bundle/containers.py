@@ -10,7 +10,7 @@ import zipfile
 import zlib
 from abc import ABC, abstractmethod
 from base64 import b64decode, b64encode
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from hashlib import sha256
 from math import inf
@@ -21,11 +21,12 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.files.bundle.codec import BundleReader, BundleWriter, all_kinds
+from trajopt.files.bundle.codec import ArrayOf, BundleReader, BundleWriter, FileOf, all_kinds
 from trajopt.planning.infeasibility.reasons import Obstruction
 from trajopt.planning.judgement import decide
 from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
+from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
 from trajopt.values.documents.codec import Kinds
@@ -177,17 +178,33 @@ def write_archive(path: Path | str, members: Mapping[str, bytes]) -> None:
 
 
 Kind = TypeVar("Kind")
-SHARED = (Scene, SceneObject, Problem)
+SHARED = (Robot, Scene, SceneObject, Problem)
 """Values that are sent once, however often they occur."""
 _NOWHERE = Path("/nonexistent")  # placeholder: the sender's files do not exist here
 
 
 def message_of(value: object, known: Mapping[str, object]) -> dict[str, object]:
     """Return a value as plain data for JSON."""
-    references = _References(known)
+    # Where files are is private: only their names are sent.
+    document, writer = shared_document(value, known, file_name=lambda path: path.name)
+    arrays = {name: b64encode(array_bytes(each)).decode() for name, each in writer.arrays.items()}
+    return {**document, "arrays": arrays}
+
+
+def shared_document(
+    value: object,
+    known: Mapping[str, object] | None = None,
+    *,
+    file_name: Callable[[Path], str] | None = None,
+) -> tuple[dict[str, object], BundleWriter]:
+    """Return the document of a value with what it shares, and the writer with its arrays and files.
+
+    Args:
+        file_name: Returns the name of a file; files become members when None.
+    """
+    references = _References(known or {}, file_name)
     document = references.writer.document(value, "value")
-    arrays = {name: b64encode(array_bytes(each)).decode() for name, each in references.writer.arrays.items()}
-    return {"value": document, "shared": references.shared, "arrays": arrays}
+    return {"value": document, "shared": references.shared}, references.writer
 
 
 def value_of_message(
@@ -206,7 +223,24 @@ def value_of_message(
     """
     node.only(("value", "shared", "arrays"))
     arrays = _Arrays(node["arrays"], triangles, rows)
-    shared: list[object] = []
+    value = shared_value_of(
+        node, arrays.bounded, lambda name: _NOWHERE / Path(name).name, known=known, kinds=kinds
+    )
+    if not isinstance(value, kind):
+        raise node["value"].error(f"must be a {kind.__name__}, is {shown(value)}")
+    return value
+
+
+def shared_value_of(
+    node: Node,
+    array_of: ArrayOf,
+    file_of: FileOf,
+    *,
+    known: Mapping[str, object] | None = None,
+    kinds: Kinds | None = None,
+) -> object:
+    """Return the value of a document with what it shares; motions in it are judged here."""
+    values, shared = known or {}, list[object]()
 
     def shared_value(reference: Node) -> object:
         place = reference.only(("shared",))["shared"].value
@@ -216,31 +250,27 @@ def value_of_message(
 
     def known_value(reference: Node) -> object:
         name = reference.only(("known",))["known"].text()
-        if name not in known:
-            raise reference.error(f"names {shown(name)}; known are {', '.join(known)}")
-        return known[name]
+        if name not in values:
+            raise reference.error(f"names {shown(name)}; known are {', '.join(values)}")
+        return values[name]
 
     reader = BundleReader(
-        arrays.bounded,
-        lambda name: _NOWHERE / Path(name).name,
+        array_of,
+        file_of,
         kinds=all_kinds() if kinds is None else kinds,
         references={"known": known_value, "shared": shared_value},
         made=lambda made, place: judged_here(made, place) if isinstance(made, Result) else made,
     )
     for each in node["shared"].elements():
         shared.append(reader.value(each))  # each names only those before it
-    value = reader.value(node["value"])
-    if not isinstance(value, kind):
-        raise node["value"].error(f"must be a {kind.__name__}, is {shown(value)}")
-    return value
+    return reader.value(node["value"])
 
 
 class _References:
     """References of a message to values that the reader has, or that are written once."""
 
-    def __init__(self, known: Mapping[str, object]) -> None:
-        # Where files are is private: only their names are sent.
-        self.writer = BundleWriter(all_kinds(), reference=self._document, file_name=lambda path: path.name)
+    def __init__(self, known: Mapping[str, object], file_name: Callable[[Path], str] | None) -> None:
+        self.writer = BundleWriter(all_kinds(), reference=self._document, file_name=file_name)
         self.shared: list[object] = []
         self._known = {id(value): name for name, value in known.items()}
         self._written: dict[int, tuple[object, int]] = {}  # keeps the values, and so their ids

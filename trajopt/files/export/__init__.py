@@ -15,11 +15,13 @@ from trajopt.files.export.sampled import RobotTrajectoryMessage as RobotTrajecto
 from trajopt.files.export.urscript import Movej as Movej
 from trajopt.files.export.urscript import Servoj as Servoj
 from trajopt.scene import reduced
-from trajopt.scene.planned_robot import Planned, PlannedMotion
+from trajopt.scene.planned_robot import Planned, PlannedMotion, PlannedWhole
 from trajopt.values import arrays
 from trajopt.values.errors import NameNotFound, ProblemError, shown
 from trajopt.values.trajectory import Trajectory
 
+Motions = Planned[reduced.ReducedModel] | PlannedWhole[reduced.ReducedModel]
+"""A plan, or a result of one or several motions."""
 EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
     "csv": Csv,
     "ros2": FollowJointTrajectory,
@@ -40,7 +42,7 @@ def exporter_named(name: str) -> Exporter:
 
 
 def export(
-    motion: Trajectory | Planned[reduced.ReducedModel],
+    motion: Trajectory | Motions,
     path: Path | str,
     *,
     to: Exporter | str,
@@ -49,7 +51,7 @@ def export(
     """Write a motion in the format of a controller or a viewer; return a summary with its losses.
 
     Args:
-        motion: A plan, a successful result, or a trajectory.
+        motion: A plan, a successful result of one or several motions, or a trajectory.
         path: Messages are JSON if its name ends in .json, YAML otherwise.
         to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
             "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); "mcap" (a
@@ -68,22 +70,22 @@ def export(
     exporter = exporter_named(to) if isinstance(to, str) else to
     if not isinstance(exporter, Exporter):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(f"to is an Exporter or the name of one, is {shown(to)}")
-    plan = motion if isinstance(motion, Trajectory) else _plan_of(motion)
-    if isinstance(plan, Trajectory):
-        return exporter.write(plan, arrays.path("path", path), hz)
+    if isinstance(motion, Trajectory):
+        return exporter.write(motion, arrays.path("path", path), hz)
+    model, trajectory = _whole(motion)
     if isinstance(exporter, ModelExporter):
-        exporter = exporter.with_model(plan.problem.reduced)
-    return exporter.write(plan.trajectory, arrays.path("path", path), hz)
+        exporter = exporter.with_model(model)
+    return exporter.write(trajectory, arrays.path("path", path), hz)
 
 
-def _plan_of(motion: Planned[reduced.ReducedModel]) -> PlannedMotion[reduced.ReducedModel]:
-    plan: object = motion.require() if hasattr(motion, "require") else motion
+def _whole(motion: Motions) -> tuple[reduced.ReducedModel, Trajectory]:
+    require = getattr(motion, "require", None)
+    plan: object = motion if require is None else require()
     if isinstance(plan, tuple):
-        raise ProblemError(
-            "export: several motions need a file each: export(segment.result, ...) for each of its segments"
-        )
+        return cast("PlannedWhole[reduced.ReducedModel]", motion).whole
     if not isinstance(getattr(plan, "trajectory", None), Trajectory) or not hasattr(plan, "problem"):
         raise ProblemError(
             f"export: give a plan, a result that has one, or a trajectory; motion is {shown(motion)}"
         )
-    return cast("PlannedMotion[reduced.ReducedModel]", plan)
+    found = cast("PlannedMotion[reduced.ReducedModel]", plan)
+    return found.problem.reduced, found.trajectory

@@ -1,21 +1,19 @@
 """Result of picking and placing: the planned motions stage by stage, or the reason why there are none."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from trajopt.planning.budget import Stop
 from trajopt.planning.result import Result
-from trajopt.planning.status import Certainty, OutcomeSummary, Status
-from trajopt.scene.scene import Scene
+from trajopt.planning.status import Status
 from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.gripper import Gripper
-from trajopt.values.arrays import Floats, Value, readonly
-from trajopt.values.errors import PlanningFailed, shown
+from trajopt.tasks.sequence import MotionSequence, PlannedSegment
+from trajopt.values.arrays import Floats, readonly
+from trajopt.values.errors import shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.trajectory import Trajectory
 
 
 class Stage(Enum):
@@ -42,7 +40,7 @@ STAGES = tuple(Stage)
 
 
 @dataclass(frozen=True, eq=False)
-class Segment:
+class Segment(PlannedSegment):
     """One motion of a pick and place, of the arm or of the fingers.
 
     Attributes:
@@ -60,27 +58,9 @@ class Segment:
         return self.stage.name
 
     @property
-    def scene(self) -> Scene:
-        return self.result.problem.scene
-
-    @property
-    def trajectory(self) -> Trajectory:
-        return self.result.require().trajectory
-
-    @property
     def duration(self) -> float:
         """Of motion and rest [s]."""
         return self.trajectory.duration + self.rest
-
-    @checked
-    def positions(self, time: float) -> Floats:
-        """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
-        return self.result.problem.reduced.all_positions(self.trajectory(time))
-
-    @property
-    def end(self) -> Floats:
-        """Positions of all joints at its end, shape (number of joints,) [rad | m]."""
-        return self.positions(self.trajectory.duration)
 
 
 class Timeline:
@@ -144,7 +124,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PickPlaceResult(Value):
+class PickPlaceResult(MotionSequence[Segment]):
     """A planned sequence of picking, placing or both; or the reason why there is none.
 
     Attributes:
@@ -161,25 +141,11 @@ class PickPlaceResult(Value):
         stopped: The cause of an early end of planning; None without one.
     """
 
-    name: str
-    scene: Scene
-    final_scene: Scene
-    start: Floats
-    group: str
     gripper: Gripper
-    status: Status
     grasp: Grasp | None
     place: Place | None
     segments: tuple[Segment, ...]
     refusals: tuple[Refusal, ...]
-    counts: Mapping[str, int]
-    cpu_seconds: Mapping[str, float]
-    stopped: Stop | None = None
-
-    @property
-    def verified(self) -> bool:
-        """Whether there is a sequence, each motion of which the judge verified."""
-        return self.status is Status.SOLVED
 
     @property
     def failed(self) -> Stage | None:
@@ -193,30 +159,9 @@ class PickPlaceResult(Value):
         """The whole motion, fingers included."""
         return Timeline(self.require())
 
-    @property
-    def final_positions(self) -> Floats:
-        """Positions of all joints after, shape (number of joints,) [rad | m]."""
-        return self.require()[-1].end
-
-    @property
-    def final_state(self) -> Mapping[str, float]:
-        """Joint -> position of all joints after [rad | m]."""
-        joints = self.final_scene.robot.joint_names
-        return dict(zip(joints, map(float, self.final_positions), strict=True))
-
     @checked
     def segment(self, stage: Stage) -> Segment | None:
         return next((item for item in self.segments if item.stage is stage), None)
-
-    def require(self) -> tuple[Segment, ...]:
-        """Return the motions.
-
-        Raises:
-            PlanningFailed: If there is no verified sequence; carries this result.
-        """
-        if not self.verified:
-            raise PlanningFailed(str(self.explain()), self)
-        return self.segments
 
     @property
     def reason(self) -> str:
@@ -229,20 +174,8 @@ class PickPlaceResult(Value):
         stage = "" if self.failed is None else f"; the farthest candidate failed in {self.failed.name}"
         return f"{self.status.name}: {self.status.value} (no sequence for {shown(self.name)}{stage})"
 
-    def explain(self) -> OutcomeSummary:
-        """Return the planned sequence, or the reason of each rejected grasp and place, for printing."""
-        if self.verified:
-            grounds = "the judge verified every motion in the scene of its stage"
-        else:
-            ended = "" if self.stopped is None else "; the search was not finished"
-            grounds = f"{len(self.refusals)} candidates were tried and rejected{ended}"
-        return OutcomeSummary(
-            status=self.status,
-            reason=self.reason,
-            certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
-            grounds=grounds,
-            details=() if self.verified else tuple(map(str, self.refusals)),
-        )
+    def _details(self) -> tuple[str, tuple[str, ...]]:
+        return f"{len(self.refusals)} candidates", () if self.verified else tuple(map(str, self.refusals))
 
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold: the motions with their times, and the rejected candidates."""

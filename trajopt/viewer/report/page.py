@@ -6,15 +6,17 @@ from dataclasses import dataclass
 from html import escape
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trajopt.files.bundle import Holds
 from trajopt.geometry import evaluator
+from trajopt.lab.suite.html import table
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import ReducedModel
+from trajopt.tasks.sequence import MotionSequence
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.documents.document import write_text
 from trajopt.values.errors import RenderingUnavailable
@@ -298,7 +300,37 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
         _stills(pictures, alone=not space),
         *_parts(subject),
     ]
-    foot = sections.about(subject) + (f"<p class=faint>{escape(remark)}</p>" if remark else "")
+    return _page(name, parts, sections.about(subject), remark)
+
+
+def page_of_motions(what: MotionSequence[Any], *, moving: bool) -> str:
+    """Return the page of several motions: the whole in 3-D, the cycle times, and the proof of each motion."""
+    found, causes = what.explain(), ""
+    mark = '<b class="good">✓ Proven.</b>' if what.verified else '<b class="bad">✗ No plan.</b>'
+    facts = [("robot", what.scene.robot.name), ("group", what.group)]
+    parts: list[str] = []
+    if what.verified:
+        facts += [("duration", f"{what.trajectory.duration:.3f} s"), ("motions", str(len(what.segments)))]
+        if moving:
+            parts.append(_frame(recorded(*what.whole), "", "The motion.", timed=True))
+        rows = [
+            (escape(each.name), f"{each.begin:.2f} s", f"{each.end - each.begin:.2f} s")
+            for each in what.stages
+        ]
+        times = table(("stage", "begin", "duration"), rows, numbers=("begin", "duration"))
+        parts += [
+            section("stages", "Cycle times", times),
+            section("proven", "What was proven", sections.proven(what.certificate)),
+        ]
+    else:
+        causes = "".join(f"<li>{escape(cause)}</li>" for cause in found.details)
+        parts.append(section("tried", "What was tried", f"<ul>{causes}</ul>"))
+    head = _title("task", what.name, f"{mark} {escape(found.reason)}.", facts)
+    return _page(what.name, [head, *parts], "", "")
+
+
+def _page(name: str, parts: Sequence[str], about: str, remark: str) -> str:
+    foot = about + (f"<p class=faint>{escape(remark)}</p>" if remark else "")
     style, script = ((HERE / f"page.{kind}").read_text(encoding="utf-8") for kind in ("css", "js"))
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -342,11 +374,14 @@ def _head(subject: Subject) -> str:
     total = subject.answer["cpu_seconds"]["total"]
     if not total.missing:
         facts.append(("planning", f"{1000.0 * total.number():.0f} ms of CPU"))
+    return _title(kind, problem.name or "problem", _verdict(subject), facts)
+
+
+def _title(kind: str, name: str, verdict: str, facts: Sequence[tuple[str, str]]) -> str:
     listed = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts)
     return (
-        f'<header><div class="over-title">trajopt report of a {kind}</div>'
-        f"<h1>{escape(problem.name or 'problem')}</h1>"
-        f'<p class="verdict">{_verdict(subject)}</p><dl>{listed}</dl></header>'
+        f'<header><div class="over-title">trajopt report of a {kind}</div><h1>{escape(name)}</h1>'
+        f'<p class="verdict">{verdict}</p><dl>{listed}</dl></header>'
     )
 
 
@@ -371,15 +406,19 @@ def _verdict(subject: Subject) -> str:
 def _space(shown: Scenery, space: str, pictures: Sequence[Still]) -> str:
     if not space:
         return ""
-    held = escape(space, quote=True)
     poster = "".join(
         f'<img class="poster" src="{_source(still)}" alt="{escape(still.words)}">' for still in pictures[:1]
     )
+    return _frame(space, poster, shown.words, timed=shown.motion is not None)
+
+
+def _frame(space: str, poster: str, words: str, *, timed: bool) -> str:
     return (
         '<figure class="space screen waiting"><div class="view"><iframe title="The motion in 3-D" '
-        f'sandbox="allow-scripts" srcdoc="{held}"></iframe>{poster}</div><figcaption>{escape(shown.words)} '
+        f'sandbox="allow-scripts" srcdoc="{escape(space, quote=True)}"></iframe>{poster}</div>'
+        f"<figcaption>{escape(words)} "
         '<span class="turn">Drag to turn, scroll to come nearer'
-        f"{'; the bar below is time' if shown.motion is not None else ''}.</span></figcaption></figure>"
+        f"{'; the bar below is time' if timed else ''}.</span></figcaption></figure>"
     )
 
 
@@ -400,7 +439,9 @@ def _source(picture: Still) -> str:
 
 
 @checked
-def write_report(what: Reported, path: Path | str, *, moving: bool = True, pictures: bool = True) -> Path:
+def write_report(
+    what: Reported | MotionSequence[Any], path: Path | str, *, moving: bool = True, pictures: bool = True
+) -> Path:
     """Write a report: one self-contained HTML page, for a browser or for printing; return the path.
 
     It shows the motion in 3-D, the proof, binding limits, curves over time, prices of the constraints and all
@@ -408,13 +449,17 @@ def write_report(what: Reported, path: Path | str, *, moving: bool = True, pictu
 
     Args:
         what: A result, a plan, an unplanned problem, or a bundle, which is drawn as by `trajopt view` after
-            its meshes are unpacked (`read_bundle`).
+            its meshes are unpacked (`read_bundle`); or the result of a task or of a pick and place, with its
+            cycle times.
         pictures: Whether to include still pictures; omitted with a remark without OpenGL.
 
     Raises:
         MissingExtra: If the 3-D motion is requested, and viser is not installed.
         FileFormatError: If the file cannot be written, or a bundle is invalid.
     """
+    if isinstance(what, MotionSequence):
+        write_text(path, page_of_motions(what, moving=moving))
+        return Path(path)
     subject = subject_of(what)
     shown = scenery(subject)
     remark, drawn = "", ()

@@ -1,0 +1,263 @@
+"""Several planned motions, one after the other: their times, and the whole as one motion."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from trajopt.planning.budget import Stop
+from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, OutcomeSummary, Status
+from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import whole_robot
+from trajopt.scene.scene import Scene
+from trajopt.scene.track import Track
+from trajopt.timing.time_scaling import after_standing, standing
+from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.values.errors import PlanningFailed
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD, Placement
+from trajopt.values.trajectory import Trajectory
+from trajopt.verify.certificate import Certificate, joined
+
+SAMPLE = 0.02
+"""Time between two placements of an object in the hand, between which it moves straight [s]."""
+
+
+class MotionSegment(Protocol):
+    """One motion with its rest."""
+
+    @property
+    def title(self) -> str:
+        """The names of its stages."""
+        ...
+
+    @property
+    def result(self) -> Result:
+        """The planning result."""
+        ...
+
+    @property
+    def rest(self) -> float:
+        """Rest at its end [s]."""
+        ...
+
+    @property
+    def duration(self) -> float:
+        """Of motion and rest [s]."""
+        ...
+
+    @property
+    def end(self) -> Floats:
+        """Positions of all joints at its end [rad | m]."""
+        ...
+
+    def positions(self, time: float) -> Floats:
+        """Return positions of all joints at a time."""
+        ...
+
+
+class PlannedSegment:
+    """The motion of a segment."""
+
+    result: Result
+
+    @property
+    def scene(self) -> Scene:
+        return self.result.problem.scene
+
+    @property
+    def trajectory(self) -> Trajectory:
+        return self.result.require().trajectory
+
+    @checked
+    def positions(self, time: float) -> Floats:
+        """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
+        return self.result.problem.reduced.all_positions(self.trajectory(time))
+
+    @property
+    def end(self) -> Floats:
+        """Positions of all joints at its end, shape (number of joints,) [rad | m]."""
+        return self.positions(self.trajectory.duration)
+
+
+@dataclass(frozen=True)
+class StageTime:
+    """When a stage takes place.
+
+    Attributes:
+        begin: Its begin since the start of the task [s].
+        end: Its end, rest included [s].
+    """
+
+    name: str
+    begin: float
+    end: float
+
+    def __str__(self) -> str:
+        return f"{self.begin:8.2f} s {self.end - self.begin:8.2f} s  {self.name}"
+
+
+Part = TypeVar("Part", bound=MotionSegment)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MotionSequence(Value, Generic[Part]):
+    """Planned motions in order, or the reason why there are none."""
+
+    name: str
+    scene: Scene
+    final_scene: Scene
+    start: Floats
+    group: str
+    status: Status
+    segments: tuple[Part, ...]
+    counts: Mapping[str, int]
+    cpu_seconds: Mapping[str, float]
+    stopped: Stop | None = None
+
+    @property
+    def verified(self) -> bool:
+        """Whether there is a plan, each motion of which the judge verified in the scene of its time."""
+        return self.status is Status.SOLVED
+
+    def require(self) -> tuple[Part, ...]:
+        """Return the motions.
+
+        Raises:
+            PlanningFailed: If there is no verified plan; carries this result.
+        """
+        if not self.verified:
+            raise PlanningFailed(str(self.explain()), self)
+        return self.segments
+
+    @property
+    def reason(self) -> str:
+        """The outcome in a sentence."""
+        raise NotImplementedError
+
+    def explain(self) -> OutcomeSummary:
+        """Return the motions, or the reasons of the rejected ways, for printing."""
+        ended = "" if self.stopped is None else "; the search was not finished"
+        tried, details = self._details()
+        return OutcomeSummary(
+            status=self.status,
+            reason=self.reason,
+            certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
+            grounds="the judge verified every motion in the scene of its time"
+            if self.verified
+            else f"{tried} were tried and rejected{ended}",
+            details=tuple(details),
+        )
+
+    def _details(self) -> tuple[str, Sequence[str]]:
+        raise NotImplementedError
+
+    @property
+    def final_positions(self) -> Floats:
+        """Positions of all joints after, shape (number of joints,) [rad | m]."""
+        return self.require()[-1].end
+
+    @property
+    def final_state(self) -> Mapping[str, float]:
+        """Joint -> position of all joints after [rad | m]."""
+        joints = self.final_scene.robot.joint_names
+        return dict(zip(joints, map(float, self.final_positions), strict=True))
+
+    @property
+    def begins(self) -> Floats:
+        """Begin of each motion, shape (number of motions,) [s]."""
+        return readonly(np.cumsum([0.0, *(segment.duration for segment in self.require()[:-1])]))
+
+    @property
+    def stages(self) -> tuple[StageTime, ...]:
+        """Begin and end of each stage that moves or rests, in order."""
+        return tuple(
+            StageTime(segment.title, begin, begin + segment.duration)
+            for segment, begin in zip(self.require(), self.begins.tolist(), strict=True)
+        )
+
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """The whole as one motion of all joints that move in it, rests included."""
+        segments, robot = self.require(), self.scene.robot
+        moved = {name for segment in segments for name in segment.result.problem.reduced.joint_names}
+        joints = tuple(name for name in robot.joint_names if name in moved)
+        parts = [_of_joints(segment, joints) for segment in segments]
+        whole = parts[0]
+        for before, part in zip(segments, parts[1:], strict=False):
+            whole = after_standing(whole, before.rest, part) if before.rest else whole.followed_by(part)
+        return standing(whole, segments[-1].rest) if segments[-1].rest else whole
+
+    @property
+    def certificate(self) -> Certificate:
+        """The checks of all motions, each in the scene of its time."""
+        return joined(
+            (segment.title, begin, segment.result.require().certificate)
+            for segment, begin in zip(self.require(), self.begins.tolist(), strict=True)
+        )
+
+    @property
+    def whole(self) -> tuple[ReducedModel, Trajectory]:
+        """The robot with all moving joints free, and its motion; objects that it moves are on tracks."""
+        segments, scene = self.require(), self.scene
+        scenes = [
+            (begin, segment, segment.result.problem.scene)
+            for begin, segment in zip(self.begins.tolist(), segments, strict=True)
+        ]
+        for name in scene.objects:
+            if name in scene.changing or _stands(name, scenes):
+                continue
+            track = _track(name, scenes)
+            if scene.holder(name).link != WORLD:
+                scene = scene.detach(name, at=self.start)
+            scene = scene.with_motion(name, track)
+        return whole_robot(scene, self.trajectory.joint_names, self.start), self.trajectory
+
+    @checked
+    def save(self, path: Path | str) -> None:
+        """Write all motions, their problems and the rejected ways into one file; `read_result` reads it.
+
+        Raises:
+            ModelError: If a problem contains code of the caller, which a file cannot hold.
+            FileFormatError: If the file cannot be written.
+        """
+        from trajopt.files.bundle import save
+
+        save(self, path)
+
+
+def _stands(name: str, scenes: Sequence[tuple[float, MotionSegment, Scene]]) -> bool:
+    places = [scene.placement_of(name, segment.positions(0.0)) for _, segment, scene in scenes]
+    inside = all(scene.holder(name).link == WORLD for _, _, scene in scenes)
+    return inside and all(np.array_equal(place.homogeneous, places[0].homogeneous) for place in places)
+
+
+def _track(name: str, scenes: Sequence[tuple[float, MotionSegment, Scene]]) -> Track:
+    times, placements = list[float](), list[Placement]()
+    for begin, segment, scene in scenes:
+        held = scene.holder(name).link != WORLD
+        count = max(2, int(segment.duration / SAMPLE)) if held else 2
+        for time in np.linspace(0.0, segment.duration, count).tolist():
+            if not times or begin + time > times[-1] + 1e-9:
+                times.append(begin + time)
+                placements.append(scene.placement_of(name, segment.positions(time)))
+    return Track.through(times, placements)
+
+
+def _of_joints(segment: MotionSegment, joints: tuple[str, ...]) -> Trajectory:
+    moving, reduced = segment.result.require().trajectory, segment.result.problem.reduced
+    assert moving.velocities is not None
+    assert moving.accelerations is not None
+    columns = [joints.index(name) for name in moving.joint_names]
+    still = reduced.all_positions(moving.positions[0])[reduced.scene.robot.index(joints)]
+    positions = np.tile(still, (len(moving.times), 1))
+    velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
+    positions[:, columns] = moving.positions
+    velocities[:, columns], accelerations[:, columns] = moving.velocities, moving.accelerations
+    return Trajectory(
+        joints, moving.times, readonly(positions), readonly(velocities), readonly(accelerations)
+    )
