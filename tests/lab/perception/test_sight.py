@@ -77,7 +77,7 @@ def test_unseen_space_is_solid_and_seen_space_is_not() -> None:
     assert 0.05 < inside.mean() < 0.3  # and much of what is in view is not
     can = ((points > CAN[0]) & (points < CAN[1])).all(axis=1)
     assert can.sum() > 200 and inside[can].all()
-    with pytest.raises(ProblemError, match="needs a workspace"):
+    with pytest.raises(ProblemError, match="requires a workspace"):
         with_unseen(scene, image([TABLE], camera), Sensing())
     with pytest.raises(SizeError, match="cubes"):
         with_unseen(scene, image([TABLE], camera), Sensing(workspace=shelf), cell=1e-4)

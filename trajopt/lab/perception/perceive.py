@@ -217,7 +217,7 @@ def _hidden(scene: Scene, before: Cloud, now: Sequence[Measured], sensing: Sensi
 
 def _grid(sensing: Sensing, cell: float) -> Ints:
     if sensing.workspace is None:
-        raise ProblemError("sensing: requires a workspace: the bounds of the unseen region")
+        raise ProblemError("sensing requires a workspace, the bounds of the unseen region")
     begin = np.floor(sensing.workspace.lower / cell + 1e-9).astype(np.int64)
     end = np.ceil(sensing.workspace.upper / cell - 1e-9).astype(np.int64)
     many = float(np.prod((end - begin).astype(np.float64)))
