@@ -421,6 +421,12 @@ def test_a_failure_names_its_stage_once(cell: to.Scene) -> None:
         failed.require()
 
 
+def test_a_reason_names_the_status_once(cell: to.Scene) -> None:
+    walled = cell.add("wall", to.Box(0.1, 0.1, 0.1), cell.placement_of("panda_hand", "ready"))
+    reason = to.plan(task(walled, MoveTo("extended"))).reason
+    assert reason.startswith("START_IN_COLLISION: move to extended: the start is in collision")
+
+
 def test_a_budget_and_a_cancellation_end_it(cell: to.Scene) -> None:
     stages = MoveTo(over(0.5, 0.1)), MoveTo("extended")
     assert to.plan(task(cell, *stages), budget=to.Budget(work=1)).status is Status.OUT_OF_WORK

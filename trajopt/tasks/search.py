@@ -355,7 +355,8 @@ class TaskSearch:
             return self._faster_with_rests(state, legs, pause, state.moved(segment))
         if len(legs) == 1:
             leg = legs[0]
-            return StageRefusal(leg.stage, result.status, result.reason, result, leg.names)
+            words = result.reason.removeprefix(f"{result.status.name}: ")
+            return StageRefusal(leg.stage, result.status, words, result, leg.names)
         middle = len(legs) // 2
         half = self._moved(state, legs[:middle], StageRest("", 0.0))
         return half if isinstance(half, StageRefusal) else self._moved(half, legs[middle:], pause)
