@@ -1,5 +1,7 @@
 """A guard drives the actions of a policy as given if they are proven, and otherwise something proven."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -84,6 +86,23 @@ def test_overlapping_chunks_of_one_motion_pass_without_a_stop(free: to.Scene) ->
         rows = drive(arm, guard, 0.3)
         if begin < 30:
             assert np.abs(rows[-1, 1]).max() > 0.1
+
+
+def test_actions_that_come_to_rest_at_a_position_limit_pass_as_given(free: to.Scene) -> None:
+    joints, robot = free.robot.group(GROUP).joints, free.robot
+    place = robot.joint_names.index(joints[0])
+    upper = np.array(robot.limits.upper)
+    upper[place] = robot.positions("ready")[place] + 0.3
+    narrow = replace(free, robot=replace(robot, limits=replace(robot.limits, upper=upper)))
+    arm, guard = guarded(narrow)
+    actions = swing(guard.committed(0.0)[0], 0, 0.3, 2.0)
+    assert actions[-1, 0] == upper[place]
+    for begin in (0, 20, 40):
+        decision = guard.act(actions[begin:], rate=RATE)
+        assert decision.outcome is ActionOutcome.AS_GIVEN
+        assert decision.unchanged == len(actions) - begin
+        drive(arm, guard, 20 / RATE)
+    assert abs(guard.committed(arm.now())[0, 0] - upper[place]) <= SAME
 
 
 def test_actions_into_an_obstacle_end_before_it(walled: to.Scene) -> None:

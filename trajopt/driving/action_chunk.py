@@ -15,6 +15,10 @@ from trajopt.values.arrays import Floats, Value
 from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.trajectory import Trajectory
 
+INSET = 1e-4
+"""Distance from position limits that a motion keeps if the actions do not, as it overshoots where they end
+[rad | m]: ten times the repeatability of an arm.
+"""
 DAMPING = 1e-6
 """Damping of inverse kinematics near singularities, squared [m^2]."""
 ITERATIONS = 20
@@ -109,11 +113,18 @@ def along_actions(
     weight = deviation / float(np.median(limits.jerk)) * np.eye(len(after))
     factor, triangle = np.linalg.qr(np.concatenate((response[0], weight)))
     jerks: Floats = np.asarray(
-        np.linalg.solve(triangle, factor[: len(after)].T @ (chunk.targets - free[0])), dtype=np.float64
+        np.linalg.solve(triangle, factor[: len(after)].T @ (_within_limits(chunk, limits) - free[0])),
+        dtype=np.float64,
     )
     later: list[Floats] = [drifted + each @ jerks for drifted, each in zip(free, response, strict=True)]
     states = np.concatenate((begin[:, None], np.stack(later)), axis=1)
     return ActionMotion(chunk, times, states, jerks)
+
+
+def _within_limits(chunk: ActionChunk, limits: JointLimits) -> Floats:
+    inset = np.minimum(INSET, (limits.upper - limits.lower) / 4.0)
+    inside = (chunk.targets >= limits.lower) & (chunk.targets <= limits.upper)
+    return np.where(inside, np.clip(chunk.targets, limits.lower + inset, limits.upper - inset), chunk.targets)
 
 
 def before_stop(times: Floats, states: Floats, end: float, last: Floats, limits: JointLimits) -> Trajectory:
