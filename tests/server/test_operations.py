@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.files.proof import Proof
+from trajopt.files.proof import MotionProof
 from trajopt.robot.configuration import initial_positions
 from trajopt.server import RequestRefused, SessionState, Watch
 from trajopt.server.limits import check_sizes
@@ -65,7 +65,7 @@ def test_a_plan_without_a_certificate_says_that_it_is_verified() -> None:
 
 def test_a_proof_is_returned_if_requested() -> None:
     answer, _ = ask("plan", {"problem": REACH, "proof": True})
-    assert Proof(b64decode(answer["proof"])).check().proven
+    assert MotionProof(b64decode(answer["proof"])).check().proven
     assert "proof" not in ask("plan", {"problem": REACH})[0]
     held = ask("edit", {"edits": [{"add": {**POST["add"], "placement": {"xyz": [0.7, 0.35, 0.14]}}}]})[1]
     failed, _ = ask("plan", {"problem": REACH, "proof": True}, held)

@@ -67,7 +67,7 @@ class Leg:
 
 
 @dataclass(frozen=True, eq=False)
-class Pause:
+class TaskRest:
     """A rest of the arm.
 
     Attributes:
@@ -79,7 +79,7 @@ class Pause:
     seconds: float = 0.0
 
 
-Step = Leg | Pause | TaskSegment
+Step = Leg | TaskRest | TaskSegment
 """A motion to plan, a rest, or a motion that is planned."""
 
 
@@ -118,11 +118,11 @@ class TaskState:
 
     def rest(self, seconds: float = 0.0, name: str = "") -> "TaskState":
         """Return the state after a rest, which is counted to a stage; to that of the leg before if empty."""
-        return replace(self, steps=(*self.steps, Pause(self.scene, name, seconds)))
+        return replace(self, steps=(*self.steps, TaskRest(self.scene, name, seconds)))
 
     def through(self, segment: TaskSegment) -> "TaskState":
         """Return the state after a motion that is planned already."""
-        return replace(self, positions=segment.end, steps=(*self.steps, Pause(self.scene), segment))
+        return replace(self, positions=segment.end, steps=(*self.steps, TaskRest(self.scene), segment))
 
     def moved(self, segment: TaskSegment) -> "TaskState":
         return replace(self, rested=segment.end, segments=(*self.segments, segment.settled()))
@@ -168,7 +168,7 @@ Item = TaskStage | Sequence[TaskStage]
 
 
 @runtime_checkable
-class Choice(TaskStage, Protocol):
+class StageWithItems(TaskStage, Protocol):
     """A stage that consists of items."""
 
     @property
@@ -321,25 +321,25 @@ class TaskSearch:
 
     def _with_steps(self, state: TaskState) -> Way:
         done, legs = replace(state, steps=()), tuple[Leg, ...]()
-        for step in (*state.steps, *([Pause(state.scene)] if self.stops else [])):
+        for step in (*state.steps, *([TaskRest(state.scene)] if self.stops else [])):
             if isinstance(step, TaskSegment):
                 done = done.moved(step)
                 continue
             if isinstance(step, Leg) and not (self.stops and legs):
                 legs = (*legs, step)
                 continue
-            after = self._after(done, legs, step if isinstance(step, Pause) else Pause(state.scene))
+            after = self._after(done, legs, step if isinstance(step, TaskRest) else TaskRest(state.scene))
             if isinstance(after, StageRefusal):
                 return after
             done, legs = after, (step,) if isinstance(step, Leg) else ()
         return replace(done, steps=legs)
 
-    def _after(self, state: TaskState, legs: tuple[Leg, ...], pause: Pause) -> Way:
+    def _after(self, state: TaskState, legs: tuple[Leg, ...], pause: TaskRest) -> Way:
         if legs:
             return self._moved(state, legs, StageRest(pause.stage, pause.seconds))
         return self._waited(state, pause) if pause.seconds > 0.0 else state
 
-    def _waited(self, state: TaskState, pause: Pause) -> Way:
+    def _waited(self, state: TaskState, pause: TaskRest) -> Way:
         last, rest = next(reversed(state.segments), None), StageRest(pause.stage, pause.seconds)
         if last is None or pause.scene.changing:
             return self._moved(state, (Leg(pause.stage, state.rested, pause.scene),), rest)

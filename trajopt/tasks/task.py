@@ -21,8 +21,8 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.result import StageRefusal, TaskResult
 from trajopt.tasks.search import (
-    Choice,
     Rest,
+    StageWithItems,
     TaskSearch,
     TaskStage,
     TaskState,
@@ -184,7 +184,7 @@ def _named(stages: Sequence[TaskStage], taken: set[str]) -> list[TaskStage]:
         unique = next(each for each in chain((name,), numbered) if each not in taken)
         taken.add(unique)
         changes: dict[str, Any] = {"name": unique}
-        if isinstance(stage, Choice):
+        if isinstance(stage, StageWithItems):
             changes["items"] = [_named(item, taken) for item in as_items(stage.items)]
         found.append(cast("TaskStage", replace(cast("Any", stage), **changes)))
     return found

@@ -162,7 +162,7 @@ class PlayedPage(Served):
         """Stop following a run that goes on; other pages have nothing to leave."""
 
 
-class PlannedSegment(Protocol):
+class PlayedSegment(Protocol):
     """One motion of a task, or of a pick and place, with its rest."""
 
     @property
@@ -184,7 +184,7 @@ class PlannedSegment(Protocol):
 class PlannedSequence(Protocol):
     """Several motions one after the other: the result of a task, or of a pick and place."""
 
-    def require(self) -> Sequence[PlannedSegment]:
+    def require(self) -> Sequence[PlayedSegment]:
         """Return the motions, or raise the reason why there are none."""
         ...
 
@@ -295,7 +295,7 @@ class Viewer(PlayedPage):
 class SequenceViewer(PlayedPage):
     """A page that shows several motions one after the other, each in the scene of its time."""
 
-    def __init__(self, server: "GuardedServer", segments: Sequence[PlannedSegment]) -> None:
+    def __init__(self, server: "GuardedServer", segments: Sequence[PlayedSegment]) -> None:
         from trajopt.simulation.sampled_motion import motion_of
 
         super().__init__(server)

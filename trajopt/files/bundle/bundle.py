@@ -22,7 +22,7 @@ from trajopt.files.bundle.containers import (
     shared_value_of,
     write_archive,
 )
-from trajopt.files.proof import Proof, prove
+from trajopt.files.proof import MotionProof, prove
 from trajopt.planning.budget import Budget
 from trajopt.planning.judgement import judge
 from trajopt.planning.result import Plan, PlanArguments, Recalled, Result
@@ -90,7 +90,7 @@ class Bundle(Value):
     path_planned: PlannedPath | None = None
     answer: Mapping[str, object] = field(default_factory=dict[str, object])
     explanation: Mapping[str, object] = field(default_factory=dict[str, object])
-    proof: Proof | None = None
+    proof: MotionProof | None = None
 
     @property
     def status(self) -> str:
@@ -190,7 +190,7 @@ def _described(holds: Holds, name: str, members: Mapping[str, bytes]) -> bytes:
     )
 
 
-def _proof(what: Result | Plan | Problem) -> Proof:
+def _proof(what: Result | Plan | Problem) -> MotionProof:
     if isinstance(what, Problem) or what.trajectory is None:
         raise ProblemError(f"there is no motion of {shown(what)} that could be proven: save it without proof")
     return prove(what.problem, what.trajectory)
@@ -318,10 +318,10 @@ def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
     )
 
 
-def _stored_proof(archive: Members, problem: Problem, trajectory: Trajectory | None) -> Proof | None:
+def _stored_proof(archive: Members, problem: Problem, trajectory: Trajectory | None) -> MotionProof | None:
     if PROOF not in archive.names:
         return None
-    proof = Proof(archive.read(PROOF))
+    proof = MotionProof(archive.read(PROOF))
     try:
         field = "motion" if trajectory is None else proof.differs_from(problem, trajectory)
     except FileFormatError as error:

@@ -5,7 +5,7 @@
 """
 
 from trajopt.files.proof.proof import SUFFIX as SUFFIX
-from trajopt.files.proof.proof import Proof as Proof
+from trajopt.files.proof.proof import MotionProof as MotionProof
 from trajopt.files.proof.proof import ProofSize as ProofSize
 from trajopt.files.proof.proof import check_proof as check_proof
 from trajopt.files.proof.proof import prove as prove

@@ -66,7 +66,7 @@ class ProofSize:
 
 
 @dataclass(frozen=True, eq=False)
-class Proof:
+class MotionProof:
     """A motion with the witness by which a small checker, without trajopt, proves it (docs/proofs.md).
 
     Attributes:
@@ -151,7 +151,7 @@ class Proof:
 
 
 @checked
-def prove(problem: Problem, trajectory: Trajectory) -> Proof:
+def prove(problem: Problem, trajectory: Trajectory) -> MotionProof:
     """Return a proof that a motion meets the requirements of a problem, for a checker that needs no trajopt.
 
     Requirements without a rule in the format are listed in it as judged, not part of the proof.
@@ -171,7 +171,7 @@ def prove(problem: Problem, trajectory: Trajectory) -> Proof:
     requirements, grid = _with_torque(problem, motion, requirements, grid)
     said = json.dumps(statement(problem, motion, pairs, requirements), allow_nan=False).encode()
     witness = _witness(np.setdiff1d(grid, knots), leaves, grid, len(pairs.pairs))
-    return Proof(b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness)
+    return MotionProof(b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness)
 
 
 @checked

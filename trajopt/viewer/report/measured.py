@@ -9,7 +9,7 @@ import numpy as np
 
 from trajopt.files.bundle import Bundle, Holds
 from trajopt.files.bundle.bundle import versions
-from trajopt.files.proof import Proof
+from trajopt.files.proof import MotionProof
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.methods import Knots, method_named, method_names
 from trajopt.planning.result import Plan, Result
@@ -301,7 +301,7 @@ class Subject(Value):
     prices: tuple[Price, ...]
     made: str
     versions: Mapping[str, str]
-    proof: Proof | None = None
+    proof: MotionProof | None = None
 
     @property
     def status(self) -> str:

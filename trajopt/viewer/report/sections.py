@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from trajopt.files.proof import Proof
+from trajopt.files.proof import MotionProof
 from trajopt.lab.suite.html import bar, table, used_share
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
@@ -60,7 +60,7 @@ def proven(certificate: Certificate) -> str:
     )
 
 
-def for_another_checker(proof: Proof) -> str:
+def for_another_checker(proof: MotionProof) -> str:
     """Return the answer of the checker of proofs, the statement in words, and its size."""
     found = proof.check()
     *statement, verdict = found.words.splitlines()
