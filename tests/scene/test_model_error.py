@@ -9,6 +9,7 @@ import pytest
 
 import trajopt as to
 from trajopt.files.bundle import read_bundle
+from trajopt.files.proof import check_proof
 from trajopt.geometry import evaluator
 from trajopt.scene.reduced import loaded_model
 from trajopt.scene.reducing import reduce_model
@@ -168,6 +169,16 @@ def test_a_scene_with_a_model_error_survives_a_file(tmp_path: Path) -> None:
     again = read_bundle(tmp_path / "asked.trajopt").problem
     assert again.scene.model_error == scene.model_error
     assert (again.reduced.pairs.error == asked.reduced.pairs.error).all()
+
+
+def test_a_proof_file_states_the_clearance_and_not_the_payload(tmp_path: Path) -> None:
+    problem = loaded(0.2)
+    scene = problem.scene.with_model_error(joints=ANGLE, payload=0.2)
+    plan = to.plan(replace(problem, scene=scene))
+    plan.require().save_proof(tmp_path / "x.proof")
+    answer = check_proof(tmp_path / "x.proof")
+    assert answer.proven, answer.words
+    assert "torque for a payload that is 20 % lighter or heavier" in answer.words
 
 
 def test_without_an_error_nothing_changes() -> None:

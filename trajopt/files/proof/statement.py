@@ -10,6 +10,7 @@ from trajopt.files.proof.requirements import Shown, stated, stated_speed
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.joints import JointLimits
+from trajopt.scene.reduced import payloads
 from trajopt.scene.track import Timing
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.placement import Placement
@@ -67,6 +68,9 @@ def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
         found.append(f"the motion ends by {problem.finish_by:g} s")
     if problem.dwell > 0.0:
         found.append(f"it stays clear for {problem.dwell:g} s after the end")
+    error = problem.scene.model_error.payload
+    if error > 0.0 and payloads(reduced):
+        found.append(f"torque for a payload that is {100.0 * error:g} % lighter or heavier")
     clouds = {body.owner for body in motion.among.reduced.bodies if convex_part(body) is None}
     found += [f"clearance from {name}, a cloud" for name in sorted(clouds)]
     if robot.base.rolls and set(robot.base.joints) <= set(reduced.joint_names):

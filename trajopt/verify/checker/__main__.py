@@ -54,8 +54,8 @@ def examined(path: Path) -> tuple[str, str]:
 
 def in_words(statement: Statement, rules: list[str]) -> str:
     """Return a statement in sentences."""
-    levels = sorted({level for _, _, level in statement.pairs}) or [0.0]
-    kept = " or ".join(f"{1000.0 * level:g} mm" for level in levels)
+    levels = [f"{1e3 * level:g} mm" for level in sorted({level for _, _, level in statement.pairs} or {0.0})]
+    kept = " or ".join(levels if len(levels) < 5 else [f"{levels[0]} to {levels[-1]} (each pair its own)"])
     lines = [
         f"{statement.title}: for all t in [0, {statement.curve.times[-1]:.6g} s]",
         f"  {len(statement.pairs)} pairs of {len(statement.parts)} convex parts keep more than {kept} apart:"
