@@ -104,9 +104,6 @@ class BudgetTracker:
     """Counts work and time of one call of planning, and raises `Stopped` at a limit.
 
     Attributes:
-        cancel: Once set, from any thread, planning stops.
-        progress: Called at every stage and step.
-        counts: Exact counts of the work.
         seconds: CPU time of the thread in each stage [s].
     """
 
@@ -230,7 +227,6 @@ class BudgetTracker:
 
         Args:
             so_far: Use of the budget when the thread was requested.
-            over: Set when its answer is no longer wanted.
         """
         other = BudgetTracker(budget, over)
         other._before, used, wall = so_far

@@ -65,7 +65,7 @@ def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method
     """Yield the possible ends of a motion, nearest first.
 
     If goal configurations were searched, each of them is fixed first, and only then the nearest is free to
-    change: that is harder to solve.
+    change.
 
     Args:
         stops: For each goal configuration, nearest first: the waypoints' configurations, and itself.
@@ -84,7 +84,6 @@ def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method
 
 
 def _end_is_free(problem: Problem) -> bool:
-    """Whether any configuration that holds the goals will do, so that only the program can find more."""
     known = (Velocity, Acceleration, Jerk)
     return not problem.residual_constraints and all(
         isinstance(cost.residual, known) for cost in problem.costs or ()
@@ -147,10 +146,6 @@ class GoalSearch:
     """Seeds of one problem with one goal.
 
     Attributes:
-        choice: The method with its options, and the reason for its choice.
-        rng: Draws starts and bends; every seed from a child of its own.
-        goal_name: Of a goal set: the name of the goal.
-        given: Knots of the caller's paths, shape (k, n) each.
         nearest: The failure that came nearest, if any attempt has failed.
     """
 

@@ -181,7 +181,6 @@ def _every_goal(search: PlanSearch, given: np.random.Generator | None) -> Result
 
 
 def _by_deadline(result: Result, problem: Problem, search: PlanSearch, *, decided: bool) -> Result:
-    """Return a motion by the deadline, if the first is too late and shape and time together can help."""
     missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
     if not missed or result.stopped is not None or decided or problem.starts_moving:
         return result
@@ -216,21 +215,13 @@ class Remembers(Protocol):
 
         Args:
             recalled: Earlier result of `recall`.
-            given: Number of the caller's paths, which were tried before those.
         """
         ...
 
 
 @dataclass(eq=False)
 class EveryGoal:
-    """One call of planning that keeps the result of every goal.
-
-    Attributes:
-        choice: The method, and the reason for its choice.
-        rng: Random generator for each goal; None for the same as when planned alone.
-        tracker: Counts the use of the budget, and stops planning.
-        on_incumbent: Called with each verified motion that is better than the one before, to any goal.
-    """
+    """One call of planning that keeps the result of every goal."""
 
     problem: Problem
     choice: Choice

@@ -135,7 +135,6 @@ def replan(
 
 
 def _from_rest_of_it(here: Problem, rest: Trajectory, tracker: BudgetTracker) -> Result | None:
-    """Return a verified motion near to the rest of one; None if none is found."""
     method = SpaceTime()
     if here.waypoints or goals_that_move(here) or method.objection(here):
         return None
@@ -190,7 +189,6 @@ def _won(proven: Result, solved: SolveResult | None, goal_name: str, tracker: Bu
 
 
 def _nearest_goal(here: Problem, end: Floats, judge: Judge) -> tuple[str, Problem, Floats] | None:
-    """Return the goal nearest to a configuration, and a configuration near it that holds it, (n,)."""
     found = list[tuple[float, str, Problem, Floats]]()
     for name, alone in (here.alternatives or {"": here}).items():
         if all(check.holds for check in judge.check(end, alone.goals)):

@@ -38,7 +38,6 @@ class Recalled(Value):
 
     Attributes:
         version: Of the memory: the number of its changes by then.
-        memories: Their numbers, the best first.
         seeds: The knots of their paths, shape (k, n) each [rad | m].
     """
 
@@ -56,10 +55,6 @@ class PlanArguments(Value):
     """Arguments of planning.
 
     Attributes:
-        method: As `plan` takes it: a method, its name, or None.
-        improve: Whether a motion faster than along the path was looked for.
-        every_goal: Whether all goals of a set were planned to.
-        random: The state of the given generator before planning; None without.
         seeds: Knots of the given or remembered paths, shape (k, n) each [rad | m].
         recalled: The remembered motions and the version of the memory; None without experience. Its
             paths are the last of `seeds`, so that planning again needs no memory.
@@ -121,7 +116,6 @@ class Attempt:
         kind: Source of the seed.
         solver: Status of the solver, if it got that far.
         message: Which constraint was violated, where and by how much.
-        iterations: Steps of the solver.
         block: The main obstruction; None if there was none, or none with a location.
         goal_name: Of a goal set: its goal.
     """
@@ -327,16 +321,13 @@ class Result:
         solve: The solver's result, if it got that far.
         trajectory: The motion, verified or not, if it got that far.
         timed: Report of retiming; None if the method determined time itself.
-        judged: The judge's verdict, if it got that far.
         counts: Exact counts of the work done: distance calls, forward kinematics, QP solves, ...
         cpu_seconds: Process time of each stage [s].
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
         alternatives: Of a goal set that failed: the result of each goal, nearest first.
-        attempts: Record of each seed, in order.
         won: Of a motion: its attempt, the last one or, with a budget that improves, the one of least cost.
         stopped: Reason for ending planning early; None if it was completed.
         certainty: Of the status; of a goal set that failed, proven only if the failure of every goal is.
-        method: Name of the method that planned.
         because: Reason why planning chose that method; empty if requested, or the default.
         along_path: As in a plan; None if no faster motion than along the path was looked for.
         of_each_goal: Of a goal set, if every goal was requested: the result of each, the fastest motion
@@ -382,7 +373,6 @@ class Result:
         return f"Result({', '.join([*parts, in_number(self.attempts, 'attempt')])})"
 
     def __str__(self) -> str:
-        """Return the reason, the motion and the judge's verdict if there are any, and each attempt."""
         lines = [self.reason, *(f"  note     {remark}" for remark in self.remarks)]
         if self.trajectory is not None and self.certificate is not None:
             lines.append(f"  motion   {self.trajectory}")

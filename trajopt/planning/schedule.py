@@ -1,8 +1,4 @@
-"""Schedule: the seeds that planning tries, and the sources of motions among dynamic obstacles, as tables.
-
-Seeds of a round do not depend on each other's results, so any number of cores may try them: the order of the
-table decides.
-"""
+"""Schedule: the seeds that planning tries, and the sources of motions among dynamic obstacles, as tables."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +13,6 @@ class Row:
     """A row of the table.
 
     Attributes:
-        source: Of the seeds; None continues the most promising of the briefly solved ones.
         branches: First and last (exclusive) index of their goal configurations, nearest first;
             None for all.
         count: Number of seeds; None for all.

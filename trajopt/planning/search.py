@@ -41,11 +41,7 @@ class PlanSearch:
     """One call of planning.
 
     Attributes:
-        choice: The method, and the reason for its choice.
-        tracker: Counts the use of the budget, and stops planning.
-        on_incumbent: Called with each verified motion that is better than the one before.
         given: Knots of the paths that are tried first, shape (k, n) each.
-        most: Largest number of attempts; None for the budget's.
     """
 
     problem: Problem
@@ -153,7 +149,6 @@ class PlanSearch:
                 self.on_incumbent(self._complete(self.incumbent))
 
     def result(self, stopped: Stop | None) -> Result:
-        """Return the best motion, or the reason why there is none."""
         found = self.incumbent or self._failure(stopped)
         return self._complete(replace(found, stopped=stopped or found.stopped))
 
@@ -162,7 +157,6 @@ class PlanSearch:
         return best if best is not None and best.goal_name == goal.goal_name else None
 
     def _walled_in(self, goal: GoalSearch) -> bool:
-        """Look for a proof that no other seed can succeed, with the requested margins."""
         stuck = goal.nearest
         if stuck is None or stuck.status is not Status.STUCK:
             return False

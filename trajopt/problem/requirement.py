@@ -108,9 +108,6 @@ class Relaxation:
         """Relax one field of a requirement.
 
         Args:
-            what: Name of the number in reports.
-            largest: Largest change.
-            unit: Unit in reports.
             shrinks: Whether the number shrinks.
         """
         now, sign = float(getattr(required, field)), -1.0 if shrinks else 1.0
@@ -202,12 +199,7 @@ Required = TypeVar("Required")
 
 @dataclass(frozen=True)
 class During(Generic[Required_co]):
-    """A requirement on a part of the motion, ends included.
-
-    Attributes:
-        after: Waypoint from which it holds; None for the start.
-        until: Waypoint up to which it holds; None for the end.
-    """
+    """A requirement on a part of the motion, ends included."""
 
     required: Required_co
     after: str | None

@@ -96,12 +96,7 @@ class Cost:
 class Constraint(Value):
     """A residual in the role of a constraint: every row between bounds.
 
-    Attributes:
-        lower: Lower bound, one for all components or one each; -inf for none.
-        upper: Upper bound; equal to lower for an equality.
-        tolerance: Accepted violation, in the residual's unit.
-        window: Part of the motion that counts.
-        reach: The residual omits rows farther inside their bounds than this; inf if it lists all.
+    Made by `constraint`; its fields are the arguments.
     """
 
     residual: Residual
@@ -112,12 +107,6 @@ class Constraint(Value):
     reach: float = np.inf
 
     def __post_init__(self) -> None:
-        """Check bounds, tolerance and reach.
-
-        Raises:
-            ShapeError: If a bound, the tolerance or the reach is not a number.
-            ProblemError: If the tolerance or the reach is negative, or a lower bound exceeds its upper one.
-        """
         _check_residual("constraint", self.residual)
         name = self.residual.name
         lower, upper = (

@@ -71,5 +71,4 @@ class Jerk:
 
 
 def default_costs() -> tuple[Cost, ...]:
-    """Return the default costs: short and smooth."""
     return (Cost(Velocity()), Cost(Acceleration()))

@@ -175,7 +175,6 @@ def _in_radians(
 
 
 def _state(robot: Robot, group: str, name: str) -> Mapping[str, float]:
-    """Return the group's joint positions in a named state: its own, or one that contains all its joints."""
     joints = robot.group(group).joints
     if (group, name) in robot.states:
         found = robot.state(name, group=group)
@@ -204,7 +203,6 @@ def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> No
 
 
 def stated_dwell(dwell: float) -> float:
-    """Return the dwell time at the goal [s]."""
     if number("dwell", dwell) < 0.0:
         raise ProblemError(f"dwell must not be negative, is {dwell:g} s")
     return float(dwell)

@@ -25,13 +25,7 @@ class ToolSpeed(Value):
     They depend on the timing of a path, not on its shape: retiming enforces them, and the judge measures the
     timed motion.
 
-    Attributes:
-        frame: Link, tool frame or attached object.
-        linear: Largest speed of the point [m/s]; inf for none.
-        angular: Largest angular speed of the frame [rad/s]; inf for none.
-        offset: Point in the frame's coordinates, shape (3,) [m].
-        steady: Largest relative drop of the speed below the linear limit between its ramps, as in wiping or
-            welding at constant speed; inf for any.
+    Made by `tool_speed`; its fields are the arguments. Unset limits are infinite [m/s, rad/s].
     """
 
     GIVEN_AS: ClassVar[str] = "Problem(tool_speed=...), or GraspingOptions(tool_speed=...)"

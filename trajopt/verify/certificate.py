@@ -52,7 +52,6 @@ class Check:
         unit: Of both.
         time: Time of the tightest value [s]; None if it has none.
         slack: Distance from the value to the bound, negative in violation.
-        holds: Whether the check passes.
         detail: A sentence.
         required: Whether the verdict depends on it; False for information only.
         kind: Subject of the check.

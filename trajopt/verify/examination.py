@@ -94,7 +94,6 @@ class Examination:
     Attributes:
         collisions: Pairs in contact that is not accepted, or below their clearance, the worst first.
         out_of_limits: Joints of the group, and their mimic joints, beyond position limits, farthest first.
-        smallest: Nearest pair whose contact is not accepted, if any.
     """
 
     collisions: tuple[PairDistance, ...]

@@ -43,20 +43,10 @@ class SampledCheck(Protocol):
 class Specification(Value):
     """Requirements on a motion, in addition to clearance.
 
+    The other fields are arguments of `verify`.
+
     Attributes:
-        goals: Requirements at the end; all must hold.
-        constraints: Requirements at all times.
-        waypoints: Requirements that must hold together at some moment, by name, in this order.
-        partial: Requirements between waypoints.
-        sampled: Constraints in user code, judged at samples.
-        limits: Of the group's joints, or of these and of their mimic joints; the robot's by default.
-        tool_speeds: Largest tool speeds.
         start_positions: Of the group's joints, shape (n,) [rad | m]; the model's start by default.
-        start_velocities: Shape (n,) [rad/s | m/s]; at rest by default.
-        start_accelerations: Shape (n,) [rad/s^2 | m/s^2]; zero by default.
-        dwell: Time for which the robot stays clear at rest after the end [s]. For a moving goal, the time at
-            the end of the motion during which the goals hold.
-        finish_by: Deadline at the goal [s]; none by default.
         clock: Scene clock at the start of the motion, at least 0 [s].
     """
 

@@ -1,9 +1,4 @@
-"""Ray: the engine that plans on the machines of a cluster.
-
-An actor holds one core and supervises one worker process, so that a crashing problem costs a row and not the
-actor. It returns rows as bytes, and the driver writes them: only the driver needs access to the campaign's
-folder.
-"""
+"""Ray: the engine that plans on the machines of a cluster."""
 
 import logging
 import os

@@ -95,8 +95,6 @@ class Setup:
 
     Attributes:
         documents: Shared values: their folder, or the members of each document by its key.
-        versions: Package versions at the start of the campaign.
-        most_seconds: Wall-clock time limit of a problem [s].
     """
 
     documents: Documents

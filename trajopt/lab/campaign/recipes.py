@@ -1,8 +1,4 @@
-"""Recipes: how a worker makes a problem, of shared documents and a small row of a table.
-
-Robots, scenes and base problems are documents, named by the hash of their content. A worker receives
-documents, never live objects, and constructs each robot and scene once.
-"""
+"""Recipes: how a worker makes a problem, of shared documents and a small row of a table."""
 
 import json
 from base64 import b64decode, b64encode

@@ -38,8 +38,6 @@ class Progress:
     """Progress of a campaign.
 
     Attributes:
-        done: Number of rows, earlier runs included.
-        verified: Rows of this run with a verified motion.
         busy: CPU time of planning in this run [s].
         waited: Wall-clock time that workers waited for work in this run [s].
         losses: Blocks whose worker was lost with its machine.

@@ -102,7 +102,6 @@ class PlaceMap(Value):
     Attributes:
         x: Places along x, shape (a,) [m].
         verified: Rows with a verified motion by place, shape (b, a).
-        rows: Rows by place, shape (b, a).
         best: The best placement: x, y [m], yaw [rad], and its share of verified tasks.
     """
 
@@ -118,9 +117,7 @@ class CampaignSummary(Value):
     """Summary of a campaign.
 
     Attributes:
-        causes: Number of failures by cause, the most frequent first.
         times: CPU times of all rows, ascending [s].
-        places: Success by place of the base; None if the campaign does not vary it.
     """
 
     name: str
@@ -233,9 +230,7 @@ class Comparison:
     """Differences of two campaigns on their common problems.
 
     Attributes:
-        only_first: Problems of the first only.
         verified: Verified motions of the common problems, in the first and in the second.
-        gained: Problems solved only by the second.
         chance: Probability of such an uneven change by chance, by McNemar's exact test.
         cpu_ratio: CPU time of the second over the first, the median over the common problems.
         faster: Common problems that took the second less CPU time, and more.

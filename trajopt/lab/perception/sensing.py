@@ -127,9 +127,7 @@ class Taken(Value):
     """One processed measurement.
 
     Attributes:
-        keys: Numbers of the occupied cells, in rising order, shape (n,).
         radius: Of balls about their centres, whose union contains the measured surface.
-        counts: Numbers of measurements, in total and in the workspace.
         positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
     """
 
@@ -168,7 +166,6 @@ def unpacked(keys: Ints) -> Ints:
 
 
 def centres(keys: Ints, edge: float) -> Floats:
-    """Return the centres of cells, shape (n, 3) [m]."""
     found = np.empty((len(keys), 3))
     found[:, 0], found[:, 1], found[:, 2] = keys >> 2 * BITS, (keys >> BITS) & LOW, keys & LOW
     found += 0.5 - MOST_CELLS_ACROSS

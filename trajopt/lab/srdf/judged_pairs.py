@@ -318,9 +318,6 @@ def judge_pairs(
     others, a pair is "never" if no sample and no descent from its nearest sample is in collision; "always" if
     it certainly collides in 95 % of the configurations; "default" if it collides with all joints nearest to
     zero, but not always.
-
-    Args:
-        confidence: Required confidence of "never"; determines the number of samples.
     """
     reduced = all_joints_free(robot)
     pairs, query = LinkPairs.of(reduced), evaluator(reduced)

@@ -283,9 +283,7 @@ def srdf_text(
     """Write an SRDF.
 
     Args:
-        groups: Chains, grippers, the base on wheels, and groups that join others.
         states: Joint -> position [rad | m] by (group, state).
-        end_effectors: The parent of each gripper.
         disabled: Reason by the two links of each unchecked pair.
     """
     root = ElementTree.Element("robot", name=name)

@@ -36,8 +36,6 @@ def table(
     """Return a table.
 
     Args:
-        rows: Cells in HTML, as many as headings.
-        numbers: Headings of right-aligned number columns.
         kind: Class of the table, for a page's style.
     """
     sides = [" class=n" if name in numbers else "" for name in head]

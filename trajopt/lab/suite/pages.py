@@ -196,7 +196,6 @@ def comparison_page(
     """Return the page: methods side by side, figures, every problem by every method.
 
     Args:
-        figures: Caption -> the figure as a data URI.
         pictures: A thumbnail of each motion, by problem and method; none when None.
         remark: A sentence for the head of the page.
     """

@@ -182,7 +182,6 @@ def compared(
 
     Args:
         skipped: Receives methods with missing packages, which are then skipped; None to raise.
-        seen: Called with each result before its outcome, which has the numbers only, is yielded.
     """
     ready: list[Method] | None = None
     for instance in instances:

@@ -30,14 +30,7 @@ UNLIKE = 1.0
 
 @dataclass(frozen=True)
 class Likeness:
-    """Data by which a problem is compared.
-
-    Attributes:
-        key: Must be equal: robot, group, and the kinds of the requirements.
-        start: Shape (n,) [rad | m].
-        goal: The numbers of the goal, shape (g,).
-        scene: As `scene_signature` returns it.
-    """
+    """Data by which a problem is compared; fields as in `Memory`."""
 
     key: str
     start: Floats
@@ -100,7 +93,6 @@ def scenes_apart(first: Floats, second: Floats) -> float:
 
 
 def _parts(value: object) -> Iterator[str | float]:
-    """Yield the parts of a value: its numbers, and everything else as text."""
     match value:
         case bool() | None | str():
             yield repr(value)
@@ -141,7 +133,6 @@ class Memory(Value):
         knots: The path, shape (k, n) [rad | m].
         wins: Number of motions found from it.
         failures: Number of failures since its last win.
-        used: The version of the memory when it was learnt, or last won.
     """
 
     number: int
@@ -345,7 +336,6 @@ class Experience:
         return [min(left, key=lambda each: (each.used, each.number)).number] if left else ()
 
     def _change(self, new: Memory | None, after: Sequence[Memory], gone: Sequence[int]) -> None:
-        """Change the stored memories; without changes by others they need not be read again."""
         version, learnt = self.storage.change(new=new, changed=after, gone=gone)
         if version != self._version + 1:
             return

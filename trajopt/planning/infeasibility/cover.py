@@ -119,10 +119,7 @@ def halved(middle: Floats, half: Floats, axis: Ints) -> tuple[Floats, Floats]:
 
 
 def whole_range(reduced: ReducedModel) -> tuple[Floats, Floats]:
-    """Return middle and half width of the box of all configurations, shape (n,) each.
-
-    Joints that turn need one turn at most; others without limits are in no box (`endless`).
-    """
+    """Return middle and half width of the box of all configurations, shape (n,) each."""
     limits = reduced.limits
     lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
     upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
@@ -174,7 +171,6 @@ def closed_cut(
     Args:
         apart: Distance that pairs would have to keep on the cut, shape (p,) [m], -inf for pairs without
             one; the required clearance when None.
-        shares: Shares of the way from start to goal at which each joint is cut.
     """
     if endless(problem.reduced).any():
         return None
@@ -190,7 +186,6 @@ def closed_cut(
 
 
 def _must_move(problem: Problem) -> dict[int, tuple[float, float]]:
-    """Return the starts of joints with a goal of their own, and the nearest positions to reach."""
     reduced, found = problem.reduced, dict[int, tuple[float, float]]()
     for goal in without_followers(problem.goals, reduced):
         if isinstance(goal, JointPositions):
@@ -259,7 +254,6 @@ def never_apart(
 
     Args:
         reduced: Joints outside the group do not move.
-        distances: Required distance, by pair of links or objects [m].
     """
     owners = [frozenset(reduced.owners(pair)) for pair in range(len(reduced.pairs.first))]
     left, found = PAIR_BOXES, list[NeverApart]()
@@ -387,12 +381,7 @@ def _frame_breaks(
 
 
 def box_overloads(problem: Problem, lower: Floats, upper: Floats) -> bool:
-    """Return whether a joint is proven too weak to hold still at every configuration of a box.
-
-    Args:
-        lower: Shape (n,) [rad | m].
-        upper: Shape (n,) [rad | m].
-    """
+    """Return whether a joint is proven too weak to hold still at every configuration of a box."""
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
     torque = DynamicsQuery.loaded(problem.reduced).gravity(middle[None]).torque[0]
     excess = np.abs(torque) - problem.limits.effort

@@ -1,8 +1,6 @@
 """Requirements that exclude each other: a proof for two of them, or a search for a smallest conflicting set.
 
-The proofs hold for any robot. A frame turned to within an angle of a rotation, and an axis of it held within
-a cone, both restrict the same rotation: the triangle inequality of angles decides whether both can be held.
-Likewise two points of one body keep their distance in every placement.
+Proofs are by the triangle inequality of angles, and by the fixed distance between two points of a body.
 """
 
 from collections.abc import Sequence
@@ -86,7 +84,6 @@ def _joints(first: Requirement, second: Requirement, reduced: ReducedModel) -> s
 
 
 def _turned(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
-    """Compare the directions that two requirements demand of the same axis."""
     pair = (first, second)
     for one, other in (pair, pair[::-1]):
         if not isinstance(one, AxisAlignment):
@@ -173,7 +170,6 @@ def _place(required: FramePlacement, reduced: ReducedModel) -> _Place:
 
 
 def between(a: Floats, b: Floats) -> float:
-    """Return the angle between two vectors, shape (3,) each [rad]."""
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
 
 

@@ -1,8 +1,4 @@
-"""Proofs of inevitable collision with dynamic obstacles: at the start, at the goal, at a fixed link.
-
-The distance of an obstacle from a fixed link is the same in all configurations. A motion has to end before
-the two come too near, which is impossible if every motion within the limits takes longer.
-"""
+"""Proofs of inevitable collision with dynamic obstacles: at the start, at the goal, at a fixed link."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -45,7 +41,6 @@ class Sweep:
     """An obstacle that no motion within the limits escapes.
 
     Attributes:
-        link: Link of the robot, or attached object, that it meets.
         begin: Time at which it first comes too near to the robot at rest at the start [s].
         time: Time at which no motion has escaped [s].
         depth: Violation of the clearance then, for the robot at rest [m].
@@ -89,12 +84,10 @@ class Occupied:
     """A goal that is never free.
 
     Attributes:
-        things: The obstacles that occupy it, in order of time.
         begin: Earliest time at which a motion can be there [s].
         until: Time up to which it was examined [s]; infinite if nothing changes after.
         dwell: Required time of rest for which it is never free [s]; 0 if it is never free at all.
         longest: The longest time for which it was free [s].
-        proven: Whether it is proven for all of the goal, at all times.
     """
 
     things: tuple[Span, ...]
@@ -138,9 +131,6 @@ class InTime:
         """Find an obstacle that sweeps the start and that no motion escapes.
 
         Links that no joint of the group moves are left out: there is no escape from their obstacles.
-
-        Args:
-            proven: Whether only a proof counts.
         """
         # Whatever comes after the arm may have arrived sweeps no start.
         start, times = self.problem.reduced.start_positions, self._on_the_way
@@ -166,12 +156,7 @@ class InTime:
         return None
 
     def goal_occupied(self, goals: Sequence[Floats], *, proven: bool) -> Occupied | None:
-        """Find out whether all of the goal is occupied at all times.
-
-        Args:
-            goals: Configurations at the goal, shape (n,) each [rad | m].
-            proven: Whether only a proof counts.
-        """
+        """Find out whether all of the goal is occupied at all times."""
         times = self.looks[self.looks >= self.earliest]
         if not goals or not len(times) or self.goal_moves:
             return None
@@ -248,7 +233,6 @@ class InTime:
         return depths - self.occupancy.travel(pairs, np.array(half)) if half else depths
 
     def _by_then(self, time: float) -> tuple[Floats, Floats]:
-        """Return bounds of all configurations that may be reached by a time [s]."""
         if time not in self._boxes:
             self._boxes[time] = by_then(self.problem, time)
         return self._boxes[time]
@@ -277,7 +261,6 @@ class InTime:
 
     @cached_property
     def _on_the_way(self) -> Floats:
-        """The looks by which no motion within the limits can be at the goal [s]."""
         looks = self.looks
         early, late = 0, len(looks)  # the goal can be reached by none of the looks before
         while early < late:
@@ -299,7 +282,6 @@ class InTime:
 
     @cached_property
     def _settled(self) -> float:
-        """Time at which everything has come to rest, appeared and expired [s]."""
         motions = (timing.motion for timing in self.timed.timings.values())
         ends = [motion.track.end for motion in motions if motion is not None]
         return max([0.0, *ends, *(self._moments + LOOK).tolist()])
@@ -347,8 +329,6 @@ class FixedLinkMet:
 
     Attributes:
         over: Earliest end of a motion [s]: of all motions within the limits if proven, else of those found.
-        dwell: Time for which it stays at its end [s].
-        proven: Whether it is proven.
     """
 
     span: Span

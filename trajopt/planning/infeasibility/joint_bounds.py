@@ -220,7 +220,6 @@ class Chain:
     """
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Measure each joint's offset from the one before."""
         model, limits = reduced.model, reduced.limits
         self._reduced = reduced
         # Joints without limits turn; one that slid along with them would be far beyond any bound.

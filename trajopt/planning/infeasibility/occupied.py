@@ -31,7 +31,6 @@ class ClosingPair:
     """A pair that closes a box, at its middle.
 
     Attributes:
-        link: Link of the robot, or attached object, that it meets.
         depth: Violation of their clearance at that place and time [m].
         travel: Bound of the distance that the two can be moved apart within the box [m].
     """
@@ -47,10 +46,8 @@ class Span:
     """A time for which a changing object is too near.
 
     Attributes:
-        link: Link of the robot, or attached object, that it is nearest to at the worst.
         begin: First time at which it is too near [s].
         end: Last such time [s]; infinite if it stays.
-        worst: Time at which it is nearest [s].
         depth: Violation of the clearance then [m].
     """
 
@@ -86,9 +83,6 @@ class Occupancy:
 
     def met(self, positions: Floats, times: Floats, which: Bools | None = None) -> tuple[Span, ...]:
         """Return the objects that seem too near to configurations (s, n) at increasing times (s,) [s].
-
-        Args:
-            which: The pairs to examine, shape (p,); all when None.
 
         Returns:
             One for each object and unbroken row of times, in order of time.
@@ -228,7 +222,6 @@ class Occupancy:
                 yield box, None, along if depth[closest] > 0.0 else -1
 
     def _farthest(self, poses: Poses, box: int, pairs: Ints) -> Floats:
-        """Return upper bounds of the distances of pairs in the middle of a box [m]."""
         error = VerifyOptions().distance_error
         measured = self._distances.measure(poses, np.full(len(pairs), box, dtype=np.int64), pairs)
         return measured + self._distances.uncertainty(pairs, measured, error)

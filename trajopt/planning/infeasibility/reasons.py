@@ -46,11 +46,9 @@ class Obstruction:
     """One obstruction of a motion.
 
     Attributes:
-        subjects: The two links or objects, the joint, or the requirement.
         amount: Size of the violation: depth or missing clearance [m], excess over a limit [rad, m, Nm,
             N], or violation in the requirement's unit.
         place: Place on the way, from 0 (start) to 1 (goal); None if it is not on the way.
-        words: All of it, as a phrase.
         residual: Class of the violated residual; None if no program was solved.
         begin: Of a changing object: start of the obstruction [s].
         end: Its end [s]; infinite if it stays.
@@ -220,7 +218,6 @@ def unreachable(
 
 
 def _at_limits(reduced: ReducedModel, positions: Floats) -> str:
-    """Return the joints at a limit, which may keep the arm from the goal; empty without any."""
     limits, found = reduced.limits, list[str]()
     for joint, at, lower, upper in zip(
         limits.joint_names, positions, limits.lower, limits.upper, strict=True
@@ -237,7 +234,6 @@ AT_LIMIT = 1e-4
 
 
 def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> str:
-    """Return a hint that a placement fixes more axes than the group has joints."""
     count = len(reduced.joint_names)
     for goal in goals:
         if isinstance(goal, FramePlacement):
@@ -253,7 +249,6 @@ def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> s
 
 
 def no_goal_configuration(reduced: ReducedModel, found: GoalCandidates, goals: Sequence[Requirement]) -> str:
-    """Return the reason why there is no usable configuration that reaches a goal."""
     if found.blocking is None:
         return unreachable(reduced, (), found.nearest, goals)
     nearest = how_near(*found.blocking, found.required) + meant_at_depth(-found.blocking[2])
@@ -268,7 +263,6 @@ def none_can_be_held(count: int, least: Sequence[Overload]) -> str:
     """Return the reason that no configuration at a goal can be held.
 
     Args:
-        count: Number of collision-free configurations found that reach the goal.
         least: The overloaded joints at the configuration that needs least.
     """
     if count == 1:

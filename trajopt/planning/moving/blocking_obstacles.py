@@ -103,7 +103,6 @@ class _BlockingObstacles:
         )
 
     def on_the_way(self) -> tuple[Obstruction, ...]:
-        """Return the obstructions of the static motion, begun immediately, in order of time."""
         motion = self.static
         times: Floats = np.append(np.arange(0.0, motion.duration, LOOK), motion.duration)
         with self.tracker.stage("proof"):
@@ -126,7 +125,6 @@ class _BlockingObstacles:
         )
 
     def _goals(self, *, several: bool) -> list[Floats]:
-        """Return goal configurations: the requested one, or those found, first the one planned to."""
         problem = self.problem
         if self._in_time.goal_moves:
             return []

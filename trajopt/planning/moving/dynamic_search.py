@@ -94,7 +94,6 @@ class DynamicSearch:
 
     @property
     def shortest(self) -> float:
-        """Duration of the static motion [s]."""
         return self.static.require().trajectory.duration
 
     @cached_property
@@ -227,7 +226,6 @@ def _unchanged(other: Result, work: PlanningWorkspace) -> Result:
 
 
 def _timed(other: Result, work: PlanningWorkspace, by: float = inf) -> Result | None:
-    """Judge the timings of a motion that seem clear and end by a time [s]; None if there are none."""
     refused: BestMotion | None = None
     for motion in work.retimed(_motion(other), by):
         judged = work.judged(motion, other.solve)

@@ -31,14 +31,7 @@ LONGEST = 60.0
 
 @dataclass(eq=False)
 class Waiting:
-    """Finds when a motion can begin; one for each thread.
-
-    A motion that begins at rest may begin at any later time. Times are sampled in order; the judge proves the
-    candidates.
-
-    Attributes:
-        dwell: Time at rest at the end of a motion [s].
-    """
+    """Finds when a motion can begin; one for each thread."""
 
     checks: SampledChecks
     dwell: float = 0.0
@@ -108,12 +101,10 @@ class Waiting:
         return times[near[spread]]
 
     def _even(self, trajectory: Trajectory) -> Floats:
-        """Return times along a motion, and the stay after it, at which it is looked at [s]."""
         duration = trajectory.duration + self.dwell
         return np.linspace(0.0, duration, max(2, ceil(duration / INTERVAL) + 1))
 
     def _still_met(self, trajectory: Trajectory, met: Floats, waits: Floats) -> Bools:
-        """Return for waits whether an object is too near at one of some times along a motion, shape (w,)."""
         # Those looks only that `_met` takes too: moments at which things appear depend on the wait.
         met = met[np.isin(met, self._even(trajectory))]
         if not len(met) or not len(waits):
@@ -123,12 +114,7 @@ class Waiting:
         return np.any(near.reshape(len(waits), len(met)), axis=1)
 
     def _standing(self, start: Floats, since: float, waits: Floats) -> int:
-        """Return the number of successive waits with the robot clear at rest at the start, (1, n).
-
-        Args:
-            since: Time up to which it was sampled already [s].
-            waits: Increasing, shape (w,) [s].
-        """
+        """Return the number of successive waits with the robot clear at rest at the start, (1, n)."""
         begins: list[float] = [since, *waits[:-1].tolist()]
         steps: list[Floats] = [
             np.arange(begin, end, INTERVAL, dtype=np.float64)
@@ -145,8 +131,6 @@ class DynamicTiming:
     """Times motions of one problem among dynamic obstacles; one for each thread.
 
     Attributes:
-        waiting: Begins motions later.
-        timing: Times motions on their paths.
         latest: Latest end of a motion: the deadline, or the end of the predictions [s].
     """
 
@@ -181,7 +165,6 @@ class DynamicTiming:
         """Yield a motion unchanged, if that seems clear; then a few clear timings of it, the soonest first.
 
         Args:
-            fastest: The fastest motion along its path.
             by: Latest end [s]; may be infinite.
         """
         later = self.waiting.beginnings(fastest, latest=by - fastest.duration)

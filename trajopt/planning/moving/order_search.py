@@ -1,9 +1,7 @@
 """Order search: the soonest way through the blocked cells of a path and time, before or after each of them.
 
-States are (start of a cell, rate of the clock, tick). All ticks at which a state can be reached are one
-integer, a bit for each: a change of ten ticks is a shift by ten, a blocked cell a mask. The search is
-complete for the rates and changes. Safe intervals keep only the earliest time; here a later one may be
-needed, since a moving robot cannot wait.
+States are (start of a cell, rate of the clock, tick); the ticks of one state are the bits of an integer. The
+search is complete for the rates and changes.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -222,8 +220,6 @@ class OrderSearch:
     """Finds timings among blocked cells.
 
     Attributes:
-        blocked: Of each cell, the blocked ticks, as bits.
-        changes: The changes that can begin at the start of each cell.
         at_rest: Whether the motion begins at rest, and so may begin later and at any rate.
         stays: Ticks for which the last cell must not be blocked after the end.
     """
@@ -297,7 +293,6 @@ class OrderSearch:
         return found
 
     def _during(self, cell: int, enters: int, leaves: int) -> int:
-        """Return the ticks so that a cell is blocked between two offsets after them."""
         if not self.blocked[cell]:
             return 0
         length = leaves - enters
@@ -311,7 +306,6 @@ class OrderSearch:
         return self._wide[cell, length] >> enters
 
     def _traced(self, end: int, rate: int, tick: int) -> list[TimingStep]:
-        """Return the steps that lead to a state that was reached, by those that change least."""
         into: list[list[tuple[TimingStep, int, int]]] = [[] for _ in range(end + 1)]
         for begin in range(end):
             for step, stop, after, ticks in self._onward(begin):
@@ -355,7 +349,6 @@ def ever_over(blocked: Sequence[int], ticks: int, stays: int) -> bool:
     """Return whether a motion with immediate stops and starts might end in time; if not, no motion does.
 
     Args:
-        blocked: Of each cell, the blocked ticks, as bits.
         stays: Ticks for which the last cell must not be blocked after the end.
     """
     whole, before, reached = (1 << ticks) - 1, blocked[0], 1

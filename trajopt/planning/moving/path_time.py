@@ -191,12 +191,10 @@ class _Plane:
             begin = _quarters(begin[seen.within & ~whole], size, last)
 
     def _travelled(self, positions: Floats, times: Floats) -> Floats:
-        """Bound the travel of everything at configurations (s, n) at times (s,), shape (s,) [m]."""
         return np.append(0.0, np.cumsum(self._checks.obstacles.moved(positions, times)))
 
 
 def _quarters(begin: Ints, size: int, last: Ints) -> Ints:
-    """Return the first cells of the quarters of blocks; none of single cells."""
     if not size:
         return begin[:0]
     offsets = np.array(((0, 0), (0, size), (size, 0), (size, size)))

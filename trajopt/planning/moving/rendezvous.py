@@ -1,9 +1,4 @@
-"""Rendezvous with a moving goal: its time, and a motion that is at rest relative to the goal then.
-
-For each tried time a motion is planned to the goal's place at that time, as if it were at rest, and changed
-to follow the goal at its end (`following_frame`). The result is the earliest rendezvous that the judge
-proves, to within hundredths of a second.
-"""
+"""Rendezvous with a moving goal: its time, and a motion that is at rest relative to the goal then."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -113,7 +108,6 @@ class Rendezvous:
         return replace(refused, status=Status.TOO_LATE, message=words)
 
     def _missed_by(self, meeting: float) -> float:
-        """Return the distance of the tried configurations from the goal at a time [m, rad]."""
         problem, counts = self._still(meeting), WorkCounts()
         found = goal_candidates(
             problem.evaluator(problem.reduced, counts), problem.goals, rng=np.random.default_rng(0)
@@ -161,7 +155,6 @@ class Rendezvous:
         return refused, SLOWER[0] * planned.trajectory.duration
 
     def _motions(self, still: Trajectory, meeting: float) -> Iterator[Trajectory]:
-        """Yield motions that meet the goal at a time, made of one to its place then."""
         at_meeting, dwell = still(still.duration), self.problem.dwell
         for share in SHARES:
             for slower in SLOWER:
@@ -288,7 +281,6 @@ class FollowingMotion:
     Attributes:
         times: Shape (s,), increasing [s].
         rows: Positions, velocities and accelerations at these times, of a cubic spline, shape (3, s, n).
-        meeting: Time of the meeting, one of the times [s].
     """
 
     times: Floats
@@ -313,11 +305,7 @@ class FollowingMotion:
         return FollowingMotion(times, _spline(times, found), meeting)
 
     def joined(self, still: Trajectory, slower: float) -> Trajectory:
-        """Return a motion that meets the goal and stays with it; its time starts when it begins to move.
-
-        Args:
-            still: Ends at rest, at the configuration of the meeting.
-        """
+        """Return a motion that meets the goal and stays with it; its time starts when it begins to move."""
         settling = SETTLING if still.accelerations is not None and still.accelerations[-1].any() else 0.0
         over = still.duration * slower
         duration = over + settling

@@ -28,7 +28,6 @@ class SampledClearance(NamedTuple):
         near: Whether an obstacle is too near at that very time, shape (s,).
         within: Whether one would be too near if it came nearer by the interval's travel, shape (s,).
         throughout: Whether one stays too near even if it moved away by that travel, shape (s,).
-        pair: The pair that is too near, or -1, shape (s,).
     """
 
     near: Bools
@@ -102,7 +101,6 @@ class SampledChecks:
 
     @cached_property
     def settled(self) -> float:
-        """Time at which nothing changes any longer [s]."""
         return self.obstacles.settled + INTERVAL
 
 

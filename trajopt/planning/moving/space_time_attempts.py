@@ -1,9 +1,4 @@
-"""Attempts with shape and time optimised together among dynamic obstacles, each from a seed in time.
-
-Seeds need not be possible: the static motion (the fastest without dynamic obstacles), the best one, the
-static one begun later, and paths of a sampling planner over configurations and times. The method makes each
-of them the shortest motion near to it.
-"""
+"""Attempts with shape and time optimised together among dynamic obstacles, each from a seed in time."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -139,11 +134,7 @@ class SpaceTimeAttempts:
         return enough if clear <= enough else min(clear / PRECISION, max(until, clear))
 
     def _attempt(self, seed: Trajectory | None, *, too_short: float = 0.0) -> None:
-        """Optimise a seed if its motion may become the shortest.
-
-        Args:
-            too_short: No motion of this duration or a shorter one was found from it before [s].
-        """
+        """Optimise a seed if its motion may become the shortest."""
         longest = PRECISION * self.best.duration
         if seed is None or longest <= self.enough or PRECISION * seed.duration > self.best.duration:
             return
@@ -168,7 +159,6 @@ class SpaceTimeAttempts:
             self._found = best.result if found else self._found
 
     def _proves(self, motion: Trajectory) -> bool:
-        """Return whether a motion is verified, and keep it if it is."""
         path = Path(motion.joint_names, motion.positions)
         judged = self.work.proven(MotionCandidate(path, motion, None))
         if judged is None:

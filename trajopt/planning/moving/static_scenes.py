@@ -54,7 +54,6 @@ def at_ends(scene: Scene) -> Scene | None:
 
 
 def _with_copies(scene: Scene, times: Mapping[str, Floats]) -> Scene:
-    """Return a scene with a copy of each obstacle at its place at each of some times [s]."""
     static = without_changes(scene)
     copies = dict[str, SceneObject]()
     for name, moments in times.items():
@@ -72,7 +71,6 @@ def _staying(scene: Scene) -> Iterator[str]:
 
 
 def _last(scene: Scene, name: str) -> float:
-    """Return the time at which an object comes to rest [s]."""
     carrier = scene.carrier(name)
     motion = None if carrier is None else scene.objects[carrier].timing.motion
     return -inf if motion is None else motion.track.end

@@ -1,9 +1,4 @@
-"""Timed on its path: a motion along the path of another that stops on its way, slows down, or passes before.
-
-The other is the fastest along its path; it gives the clock. Cells of that clock and of time are sampled, the
-search finds the order in which blocked cells are passed, and its steps give the points of the other new
-times.
-"""
+"""Timed on its path: a motion along another's path that stops on its way, slows down, or passes before."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -66,12 +61,7 @@ class TimedOnPath:
 
 @dataclass(eq=False)
 class PathTiming:
-    """Times motions among dynamic obstacles; one for each thread.
-
-    Attributes:
-        inverse_dynamics: Torques of the joints; None if they are not limited.
-        dwell: Time at rest at the end of a motion [s].
-    """
+    """Times motions among dynamic obstacles; one for each thread."""
 
     checks: SampledChecks
     limits: JointLimits
@@ -79,11 +69,7 @@ class PathTiming:
     dwell: float = 0.0
 
     def timings(self, fastest: Trajectory, until: float) -> Iterator[TimedOnPath]:
-        """Yield motions along the path that seem clear and are over before `until` [s], the soonest first.
-
-        Args:
-            fastest: The fastest motion along the path, which holds all limits.
-        """
+        """Yield motions along the path that seem clear and are over before `until` [s], the soonest first."""
         if fastest.interpolation is not Interpolation.QUINTIC or until <= fastest.duration:
             return
         at_rest = not fastest(0.0, 1).any()
@@ -141,7 +127,6 @@ def followed(clock: Trajectory, steps: Sequence[TimingStep], cell: float) -> Tra
 
     Args:
         steps: From the start of its first cell to the end of the last.
-        cell: Time of a cell on its clock [s].
     """
     waits = steps[0].rate == 0 and steps[0].begin == 0 and steps[0].change is None
     moving = steps[1:] if waits else steps
@@ -198,7 +183,6 @@ def _inner(clock: Trajectory, begin: float, end: float) -> Floats:
 
 
 def waits(seconds: float, cause: str = "what changes with time") -> str:
-    """Return a sentence on a motion that begins a delay later [s]."""
     return f"waits {seconds:.3f} s before it moves, for {cause}"
 
 
@@ -209,7 +193,6 @@ def remarks_of(
 
     Args:
         pairs: The pair that blocks each cell, or FREE.
-        rows: Configurations at the ends of the cells.
         tick: Time of one [s].
     """
     way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(rows, axis=0), axis=1)))

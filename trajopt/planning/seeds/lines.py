@@ -167,7 +167,6 @@ class _TouchingPoint:
     """A point of a body that touches.
 
     Attributes:
-        positions: The configuration, shape (n,).
         local: In the joint's frame, shape (3,) [m].
         push: Unit vector in which the contact pushes it, in the world, shape (3,).
     """

@@ -1,7 +1,6 @@
-"""Paths of a sampling planner as seeds: RRT-Connect to all goal configurations together, shortened.
+"""Paths of RRT-Connect to all goal configurations together, shortened, and projected onto path constraints.
 
-It checks the clearance of all pairs and the joint limits, not path constraints: its path is projected onto
-these knot by knot. Source: Kuffner and LaValle, ICRA 2000.
+Source: Kuffner and LaValle, ICRA 2000.
 """
 
 from collections.abc import Iterator, Sequence
@@ -78,7 +77,6 @@ def sampled(
 
     Args:
         context: Goals; the path leads to the one reached first.
-        rng: Draws the seed of the search's own generator.
         check: Called while it searches; may raise to stop.
         checked: Largest number of configurations to check on each leg.
         kept: Part of each pair's margin that is kept, beyond the requirement.
@@ -126,7 +124,6 @@ def _rates(query: Evaluator, ends: Floats, scale: Floats) -> Floats:
 
 
 def _held(path: Floats, context: SeedContext, query: Evaluator) -> Floats:
-    """Move the inner knots onto the path constraints."""
     if not context.problem.requirements:
         return path
     projection = Projection(context.reduced, context.problem.requirements, query)

@@ -45,7 +45,6 @@ class SeedContext(Value):
     """Input of a source of seeds.
 
     Attributes:
-        line: Straight legs from the start through the waypoints to a goal configuration.
         scale: A step of ordinary size in each joint, shape (n,) [rad | m].
         other_ends: Goal configurations that a seed may lead to instead of the line's, each of shape (n,).
     """
@@ -76,7 +75,6 @@ class Blocked(Value):
     Attributes:
         knots: Last knots of the solver, shape (N, n).
         place: Place of the worst violation along them, in knots.
-        pair: Index of the violating pair.
     """
 
     knots: Floats
@@ -124,8 +122,6 @@ class SeedSource(Protocol):
 
         Args:
             context: Their start, line and goals.
-            blocked: Contacts that ended attempts from straight lines, worst first.
-            rng: Each seed draws from a child of it, so that none depends on another.
         """
         ...
 

@@ -1,8 +1,6 @@
-"""Paths through space and time: RRT-Connect over configurations and times, among dynamic obstacles.
+"""RRT-Connect over configurations and times, among dynamic obstacles.
 
-Branches are straight, within the velocity limits. One tree grows from the start forward in time, the other
-backward from times at which the goal is free. Sources: Kuffner and LaValle, ICRA 2000; Grothe, Hartmann,
-Orthey and Toussaint, ICRA 2022 (space-time).
+Sources: Kuffner and LaValle, ICRA 2000; Grothe, Hartmann, Orthey and Toussaint, ICRA 2022 (space-time).
 """
 
 from collections.abc import Callable
@@ -44,9 +42,7 @@ class SpaceTimeProblem(Printed):
     """The problem of a search in space and time.
 
     Attributes:
-        margins: The dynamic obstacles around the robot, with the margins from them.
         start: At time 0, shape (n,) [rad | m].
-        goal: Shape (n,).
         latest: Latest end [s].
         dwell: Time at rest at the end [s].
         check: Called between pieces of work; may raise to stop.
@@ -67,7 +63,6 @@ class SpaceTimeProblem(Printed):
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
-        """Lowest and highest positions that are sampled, each of shape (n,)."""
         low, high = np.minimum(self.start, self.goal), np.maximum(self.start, self.goal)
         lowest, highest = (
             np.maximum(low - TURN, self.limits.lower),
@@ -141,7 +136,6 @@ class _Tree:
 
     Attributes:
         side: 1 for a tree forward in time, -1 for one backward.
-        states: Positions and time of each, shape (k, n + 1).
         parents: The state before each; -1 of a root.
     """
 
@@ -156,7 +150,6 @@ class _Tree:
         return len(self.parents) - 1
 
     def nearest(self, state: Floats) -> int:
-        """Return the state from which another is reached soonest and straightest; -1 if from none."""
         change = state - self.states
         ahead, least = self.side * change[:, -1], self.stage.least(change[:, :-1])
         costs = np.where((ahead > 0.0) & (least <= ahead), ahead + least, np.inf)
@@ -218,7 +211,6 @@ def _rooted_seldom(tree: _Tree, soonest: float) -> bool:
 
 
 def _connected(forward: _Tree, backward: _Tree, soonest: float, rng: np.random.Generator) -> Floats:
-    """Grow the trees in turn until they meet, and return the states of the way."""
     stage, turn = forward.stage, 0
     while True:
         turn += 1
@@ -264,7 +256,6 @@ def _shortened(states: Floats, stage: SpaceTimeProblem, rng: np.random.Generator
 
 
 def _between(states: Floats, times: Floats) -> Floats:
-    """Return the states of a path at times (s,), shape (s, n + 1)."""
     found = np.empty((len(times), states.shape[1]))
     for column in range(states.shape[1]):
         found[:, column] = np.interp(times, states[:, -1], states[:, column])

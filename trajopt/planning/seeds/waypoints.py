@@ -65,9 +65,7 @@ def choose_waypoints(
     If joint positions are required, these are tried first, and then others within their tolerances.
 
     Args:
-        waypoints: Requirements at each, in order.
         passing: Other requirements at each, which hold on the way to it or on from it.
-        rng: Draws the starts of the search.
         effort: Effort limits for holding still, shape (n,) [Nm | N]; not considered when None.
         check: Called repeatedly; may raise to stop.
     """

@@ -1,8 +1,4 @@
-"""Goals and path constraints as plain data.
-
-The optimiser's term and the judge's check of each are computed by separate code, so that one detects errors
-of the other.
-"""
+"""Goals and path constraints as plain data."""
 
 from trajopt.problem.requirement import DEGREES as DEGREES
 from trajopt.problem.requirement import MILLIMETRES as MILLIMETRES

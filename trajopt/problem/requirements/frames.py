@@ -123,7 +123,6 @@ class FramePlacement(Requirement):
 
 
 def _within(tolerance: Floats, unit: ShownUnit) -> str:
-    """Describe a tolerance: one number if all axes have the same; empty if all are free."""
     sizes = {
         axis: f"{size / unit.size:.3g}"
         for axis, size in zip("xyz", tolerance, strict=True)

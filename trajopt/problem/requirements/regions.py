@@ -160,7 +160,6 @@ def point_on_plane(
 
 
 def _grown(shape: Region, where: Placement, amount: float) -> Member:
-    """Return a shape enlarged on every side, up to the largest size of a shape."""
 
     def larger(size: float, by: float) -> float:
         return min(size + by, LARGEST_SIZE)

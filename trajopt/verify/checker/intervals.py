@@ -24,7 +24,6 @@ def up(values: ArrayLike) -> Floats:
 
 
 def down(values: ArrayLike) -> Floats:
-    """Return the next doubles below."""
     return np.nextafter(values, -np.inf)
 
 
@@ -95,7 +94,6 @@ def exactly(values: ArrayLike) -> Interval:
 
 
 def on_bounds(function: Callable[[list[Floats]], Floats], parts: Sequence[Interval]) -> Interval:
-    """Apply a function that orders, joins or repeats numbers to the lower and to the upper bounds."""
     return Interval(function([part.low for part in parts]), function([part.high for part in parts]))
 
 
@@ -105,7 +103,6 @@ def joined(parts: Sequence[Interval], axis: int) -> Interval:
 
 
 def hull(parts: Sequence[Interval]) -> Interval:
-    """Return the smallest intervals that contain those of some arrays."""
     every = joined(parts, 0)
     return Interval(every.low.min(axis=0), every.high.max(axis=0))
 
@@ -119,7 +116,6 @@ def turned(matrix: Interval, vector: Interval) -> Interval:
 
 
 def cross(one: Interval, other: Interval) -> Interval:
-    """Multiply vectors (..., 3) by vectors (..., 3)."""
     ahead, behind = [1, 2, 0], [2, 0, 1]
     return one[..., ahead] * other[..., behind] - one[..., behind] * other[..., ahead]
 

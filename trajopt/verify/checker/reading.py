@@ -106,7 +106,6 @@ def items(most: int = MOST) -> Reader:
 
 
 def below(most: int) -> Reader:
-    """Return a reader of whole numbers from 0 to below a bound."""
     return that(
         lambda value: type(value) is int and 0 <= value < most, f"a whole number from 0 to below {most}"
     )
@@ -118,7 +117,6 @@ def one_of(kinds: Mapping[str, object]) -> Reader:
 
 
 def record(where: str, value: object, readers: Mapping[str, Reader]) -> list[Any]:
-    """Take the values of an object with exactly the fields of some readers, in their order."""
     found = mapping(where, value)
     demand(set(found) == set(readers), f"{where} must have the fields {', '.join(readers)}")
     return [read(f"{name} of {where}", found[name]) for name, read in readers.items()]

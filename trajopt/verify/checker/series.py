@@ -21,12 +21,10 @@ class Series:
     terms: tuple[Interval, ...]
 
     def __add__(self, other: Series) -> Series:
-        """Add functions."""
         few, many = sorted((self.terms, other.terms), key=len)
         return Series((*map(add, few, many), *many[len(few) :]))
 
     def map(self, linear: Callable[[Interval], Interval]) -> Series:
-        """Apply a linear operation."""
         return Series(tuple(map(linear, self.terms)))
 
     def times(self, bilinear: Callable[[Interval, Interval], Interval], other: Series) -> Series:
@@ -49,7 +47,6 @@ def over_cells(value: Interval, first: Interval, second: Interval) -> Series:
 
 
 def sine_and_cosine_of(angle: Series) -> tuple[Series, Series]:
-    """Return the sine and the cosine of an angle."""
     sine, cosine = sine_and_cosine(angle.terms[0])
     if len(angle.terms) == 1:
         return Series((sine,)), Series((cosine,))

@@ -35,9 +35,6 @@ class ClearanceFinding:
         checks: One for each required clearance, or kind of pairs, and one for each contact allowance. After
             an early end, only violated and unproven ones.
         clearance: Proven lower bound, or the smallest measured distance without a proof [m].
-        pairs: Pairs that come close, nearest first.
-        unproven: First interval without a proof, if any.
-        worst: Deepest contact that is not accepted, if any.
     """
 
     search: Findings
@@ -356,7 +353,6 @@ def _moved(motion: JudgedMotion, distances: PairDistances) -> Bools:
 
 
 def _spans(moved: Bools, ends: Floats) -> list[tuple[float, float]]:
-    """Merge neighbouring marked pieces to time spans, given the ends of all pieces."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], moved, [False])).astype(np.int8)))
     return [(float(ends[begin]), float(ends[end])) for begin, end in edges.reshape(-1, 2).tolist()]
 

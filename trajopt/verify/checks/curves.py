@@ -55,7 +55,6 @@ class CurvePlaces:
 
     @property
     def edges(self) -> Floats:
-        """Arc lengths of the ends of pieces [m]."""
         return self._edges
 
     @property
@@ -95,14 +94,12 @@ class CurvePlaces:
 
 
 def _bernstein(degree: int, u: Floats) -> Floats:
-    """Return Bernstein weights of control points, shape (c, degree + 1)."""
     powers = np.arange(degree + 1)
     binomials = np.array([comb(degree, int(k)) for k in powers], dtype=np.float64)
     return binomials * u[:, None] ** powers * (1.0 - u[:, None]) ** (degree - powers)
 
 
 def _skew(w: Floats) -> Floats:
-    """Return cross-product matrices of vectors, (c, 3) -> (c, 3, 3)."""
     x, y, z = w.T
     zero = np.zeros_like(x)
     return np.stack((zero, -z, y, z, zero, -x, -y, x, zero), axis=1).reshape(-1, 3, 3)
@@ -342,7 +339,6 @@ class CurveFinding:
     Attributes:
         worst: Largest measured error of position [m] and rotation [rad], shape (2,).
         time: Times of these measurements, shape (2,) [s].
-        unproven: First interval without a proof for each, if any.
     """
 
     worst: Floats

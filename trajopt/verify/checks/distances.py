@@ -86,14 +86,6 @@ _THIN = 1e-3
 
 @quantities.register
 def _(requirement: LineOfSight, motion: JudgedMotion) -> tuple[Quantity, ...]:
-    """Return the gap between a line and each convex part, along one direction.
-
-    In the object's frame the gap along a unit direction n is the smaller of n . c and n . p, for the ends c
-    and p of the line, minus the support of the part along n. It bounds the distance from below for every n;
-    Coal only proposes n. While the ends move the gap shrinks by no more than they move, and by no more than
-    the bulge below the smaller of its values at two times. The gap is reduced by the prediction error of
-    dynamic obstacles.
-    """
     found: list[Quantity] = []
     motion = motion.among
     for name in requirement.obstacles(motion.reduced.scene):
@@ -110,7 +102,6 @@ def _(requirement: LineOfSight, motion: JudgedMotion) -> tuple[Quantity, ...]:
 
 @check_requirement.register
 def _(requirement: LineOfSight, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
-    """Judge every part; report the tightest if all hold, otherwise each that does not."""
     found = checks_of(quantities(requirement, motion), motion.among, when)
     failed = tuple(check for check in found if not check.holds)
     return failed or tuple(sorted(found, key=lambda check: check.slack or 0.0)[:1])

@@ -108,7 +108,6 @@ class DeadlineCriterion(Criterion):
     """Deadline of a motion, if it has one.
 
     Attributes:
-        finish_by: From the motion's start [s]; None for none.
         follows: Time for which it follows a moving goal at its end [s]; it arrives earlier by this time.
     """
 

@@ -411,7 +411,6 @@ def _carried(
 
 
 def _rates(motion: JudgedMotion, time: float) -> Floats:
-    """Return the velocities of all joints, including those of dynamic obstacles, in the model's order."""
     rates = motion.moving(1)
     piece = min(int(np.searchsorted(rates.times, time, side="right")) - 1, len(rates.times) - 2)
     since = np.array((time - float(rates.times[piece]),))

@@ -183,7 +183,6 @@ def _accepted(motion: JudgedMotion, order: int, bounds: Floats) -> Floats:
 
 
 def _jumps(motion: JudgedMotion, limits: JointLimits, start_accelerations: Floats | None) -> list[Check]:
-    """Return checks of the largest jump of the acceleration of each joint with a jerk limit."""
     off = np.array(motion.acceleration_jumps)
     if start_accelerations is not None:
         off[0] -= start_accelerations
@@ -219,7 +218,6 @@ def _jumps(motion: JudgedMotion, limits: JointLimits, start_accelerations: Float
 
 
 def _of_order(motion: JudgedMotion, order: int, lower: Floats, upper: Floats) -> list[Check]:
-    """Judge one derivative: the tightest joint first, then every other joint that violates its limit."""
     found = _tightest(motion, order, lower, upper)
     scale = np.ones(len(lower)) if order == 0 else np.maximum(upper, 1e-12)
     relative = found.slack / np.where(np.isfinite(scale), scale, 1.0)

@@ -1,9 +1,4 @@
-"""Checks of requirements.
-
-Most kinds bound numbers, and register them as `quantities`: a number with a bound over intervals is proven at
-all times, and a waypoint is passed when all its numbers are within their bounds. Other kinds register
-`check_requirement`.
-"""
+"""Checks of requirements: kinds register `quantities` (numbers with bounds) or `check_requirement`."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -97,7 +92,6 @@ class Quantity:
     """A number along a motion, with a bound.
 
     Attributes:
-        kind: Kind of the number, such as "region".
         least: Whether the bound is a lower one.
         states: Times (c,) -> state from which the number is computed, shape (c, ...).
         number: States -> number, shape (c,).
@@ -213,9 +207,6 @@ def _excess(check: Check) -> float:
 @singledispatch
 def check_requirement(requirement: Requirement, motion: JudgedMotion, when: When) -> tuple[Check, ...]:
     """Check a requirement on a motion by its numbers, or by its kind's own check.
-
-    Args:
-        when: Whether it has to hold at the end or at all times.
 
     Raises:
         ProblemError: If the kind registers neither numbers nor a check.

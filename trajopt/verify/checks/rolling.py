@@ -96,7 +96,6 @@ class RollingCriterion(Criterion):
 
 
 def _straying(motion: JudgedMotion, places: tuple[int, int, int], cuts: int) -> _Straying:
-    """Integrate the velocity across the heading, on evenly cut pieces of the trajectory."""
     times = motion.trajectory.times
     share = np.arange(cuts) / cuts
     begin = (times[:-1, None] + np.diff(times)[:, None] * share).ravel()

@@ -33,7 +33,6 @@ class Windows:
         """Collect the allowances.
 
         Args:
-            required: Clearance outside of the windows, shape (p,) [m].
             duration: Of the motion [s].
             present: Time span in which both bodies are present, shape (p, 2) [s]; always by default.
             staying: Part of the duration at rest after the motion [s].
@@ -113,7 +112,6 @@ class Tally:
     """
 
     def __init__(self, proven: Floats, measured: Floats, time: Floats) -> None:
-        """Store the values of p pairs, each of shape (p,)."""
         self.proven, self.measured, self.time = proven, measured, time
 
     def best(self) -> float:
@@ -126,9 +124,7 @@ class Findings:
     """Result of a search for a proof of clearance.
 
     Attributes:
-        free: Distances at times at which the pairs must keep apart.
         accepted: Distances at times at which their contact is accepted.
-        contacts: Contacts that are not accepted, and pairs below their clearance.
         gap: First interval without a proof, if the search gave up.
     """
 

@@ -19,7 +19,6 @@ class Excess:
 
     Attributes:
         measured: Largest measured excess in each interval, shape (c,).
-        time: Time of that measurement, shape (c,) [s].
         bound: Upper bound of the excess in each whole interval, shape (c,).
     """
 
@@ -35,7 +34,6 @@ class Proof:
     Attributes:
         evidence: PROVEN if it is never positive, SAMPLED if a positive excess was measured, UNPROVEN
             otherwise.
-        time: Time of the largest measured excess [s].
         interval: First interval without a proof [s], if any.
     """
 
@@ -78,5 +76,4 @@ def prove_over_time(motion: JudgedMotion, excess: Callable[[Floats, Floats], Exc
 
 
 def _known(excess: Floats) -> Floats:
-    """Replace NaN by the largest value: nothing is known there."""
     return np.where(np.isnan(excess), np.inf, excess)

@@ -33,8 +33,6 @@ class _Joints:
     """Joints of a model, the world first; shared by all scenes.
 
     Attributes:
-        revolute: Whether a joint is revolute, shape (joints,).
-        axes: Unit axis of each joint in its own frame, shape (joints, 3).
         first: Index of each joint's first number in pinocchio's configurations, without the world.
         circular: Whether it has two numbers, cosine and sine.
     """
@@ -71,7 +69,6 @@ class _Joints:
 
 
 def _dynamics(reduced: ReducedModel) -> proof.Dynamics:
-    """Return the masses of a robot with its fixed payloads."""
     model = reduced.model
     inertias = list(model.inertias)
     return proof.dynamics(
@@ -183,7 +180,6 @@ class Travel:
         Args:
             centre: Centre of each in the carrier's frame, shape (w, 3) [m].
             radius: Radius of each, shape (w,) [m].
-            chains: Joints that move each, outermost first.
         """
         self._kinematics = kinematics
         self._carrier = np.array(carrier, dtype=np.int64)
@@ -201,7 +197,6 @@ class Travel:
         """Return the largest distance of spheres' points from the axis of joint number `step`, (c, w) [m].
 
         Args:
-            centres: Result of `centres`, shape (c, w, 3) [m].
             step: Index in the chains, 0 for the outermost joints.
         """
         joint = self.joints[:, step]
@@ -215,7 +210,6 @@ class Travel:
         """Bound the travel of every point of each sphere by the outermost k joints, (c, w, length + 1) [m].
 
         Args:
-            centres: Result of `centres`, shape (c, w, 3) [m].
             moved: Largest move of each joint, shape (c, joints) [rad | m].
         """
         count, length = self.joints.shape

@@ -139,7 +139,6 @@ def _above(parents: Mapping[str, str], link: str) -> list[str]:
 
 
 def _kinds(reduced: ReducedModel) -> Ints:
-    """Return the index of each pair's kind, shape (p,)."""
     order, scene, pairs = tuple(PairKind), reduced.scene, _owners(reduced)
     world = _of_the_world(scene)
     first = {pair: order.index(_meant(scene, world, *sorted(pair))[0]) for pair in set(pairs)}
@@ -166,11 +165,7 @@ class PairDistances:
     replaces it in contact and around enclosed bodies.
 
     Attributes:
-        first: Index of the first body of each pair, shape (p,).
-        second: Index of the second, shape (p,).
         planar: Whether a pair includes a half-space, shape (p,).
-        core: Bodies and pairs in the native core.
-        error: Reserve subtracted from every distance [m].
         present: Time span in which both bodies of each pair are present, shape (p, 2) [s]; None in a static
             scene.
         changing: Whether a pair includes a dynamic obstacle, shape (p,).
@@ -290,7 +285,6 @@ class PairDistances:
         """Measure signed distances minus their reserve, shape (i,) [m].
 
         Args:
-            poses: At c configurations.
             cell: Configuration of each measurement, shape (i,).
             pair: Pair of each measurement, shape (i,).
         """
@@ -350,7 +344,6 @@ class Surroundings:
 
     @property
     def given(self) -> tuple[str, ...]:
-        """Assumptions of a proof on objects and their motion, in sentences."""
         scene = self._kinematics.reduced.scene
         objects, error = scene.objects, scene.model_error
         stated = [f"the robot differs from its description by no more than {error}"] * (str(error) != "none")

@@ -43,7 +43,6 @@ class RelativeMotion:
         """Find the joints between the two.
 
         Args:
-            frame: Link, tool frame or object.
             reference: "world", or a link, tool frame or object.
             offset: Point in the frame's coordinates, shape (3,) [m].
 
