@@ -154,11 +154,6 @@ class Covered:
         )
 
     def core(self, stands_for: Ints, count: int) -> proximity.Query:
-        """Return the core that measures the cell.
-
-        Args:
-            stands_for: The pair that each pair of the cell is reported as, shape (m,).
-        """
         return proximity.Query(self.cell, stands_for, count)
 
     def nearer_than_required(self, reduced: ReducedModel, ends: Floats) -> Mapping[int, Ints]:
@@ -191,8 +186,6 @@ def _cloud(reduced: ReducedModel, number: int) -> Points | Voxels:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Some bodies of a cell, and the part of the model that they replace; see `Covered`."""
-
     bodies: BodyParts
     body: Ints
     box: Ints

@@ -18,7 +18,6 @@ class ObstacleContacts(Printed):
     """Pairs that come near to each other at some of s configurations and times.
 
     Attributes:
-        pairs: Data of all pairs.
         sample: Index of the configuration of each, shape (m,).
         pair: Index of the pair, shape (m,).
         time: The time of the configuration, shape (m,) [s].
@@ -58,11 +57,7 @@ class ObstacleContacts(Printed):
 
 @dataclass(frozen=True, eq=False)
 class DynamicObstacles(Printed):
-    """The dynamic obstacles around a robot, for one thread.
-
-    Attributes:
-        timed: The model of the robot and the obstacles.
-    """
+    """The dynamic obstacles around a robot, for one thread."""
 
     timed: TimedModel
     query: Evaluator

@@ -131,11 +131,7 @@ class MakesEvaluator(Protocol):
     """Makes evaluators, as `trajopt.geometry.evaluator` does."""
 
     def __call__(self, reduced: ReducedModel, counts: WorkCounts | None = None, /) -> Evaluator:
-        """Return an evaluator for one thread.
-
-        Args:
-            counts: Takes the work done; counts of its own when None.
-        """
+        """Return an evaluator for one thread."""
         ...
 
 
@@ -163,7 +159,6 @@ def angular_jacobian(reduced: ReducedModel, jacobian: Floats, joint: int) -> Flo
 
 
 def _supports(reduced: ReducedModel) -> Floats:
-    """Return 1 where a joint carries another, shape (joints, model joints)."""
     model = reduced.model
     supports = np.zeros((model.njoints, model.nv))
     for joint in range(1, model.njoints):

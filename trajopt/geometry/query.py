@@ -34,12 +34,6 @@ class Query:
     def __init__(
         self, reduced: ReducedModel, counts: WorkCounts | None = None, core: proximity.Query | None = None
     ) -> None:
-        """Pass the model and the geometries to the core; once for each reduced model.
-
-        Args:
-            counts: Receives the work done; counts of its own when None.
-            core: The core, if other shapes replace the model's; a new one when None.
-        """
         self.reduced = reduced
         self.counts = WorkCounts() if counts is None else counts
         self._core = proximity.Query(cell(reduced)) if core is None else core
@@ -61,11 +55,7 @@ class Query:
         return JointPlacements(*self._core.placements(np.ascontiguousarray(positions)))
 
     def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
-        """Measure every pair that is nearer than its reach, shape (p,) [m].
-
-        For a pair with a cloud up to six contacts, of several sides, including the nearest. Calls with
-        configurations near the last ones are cheaper; the result is the same.
-        """
+        """Measure pairs within reach, (p,) [m]; up to six contacts of a cloud, with the nearest."""
         core, counts = self._core, self.counts
         bounds, distances = core.bounds, core.distances
         contacts = Contacts(*core.close_pairs(np.ascontiguousarray(positions), reach))
@@ -106,11 +96,7 @@ def _cell(reduced: ReducedModel) -> proximity.Cell:
 
 @dataclass(frozen=True, eq=False)
 class BodyParts:
-    """The bodies of a cell.
-
-    Attributes:
-        solids: The core's solid of each shape.
-    """
+    """The bodies of a cell."""
 
     geometries: list[coal.CollisionGeometry]
     solids: list[proximity.Solid]
@@ -150,7 +136,6 @@ def cell_of(reduced: ReducedModel, bodies: BodyParts, first: Ints, second: Ints)
 
 @cached_per_value
 def solid_of(shape: Shape) -> proximity.Solid:
-    """Return the core's solid of a shape; made once for each."""
     return proximity.Solid(
         np.ascontiguousarray(part_points(shape)),
         np.ascontiguousarray(closed_triangles(shape)),
@@ -160,7 +145,6 @@ def solid_of(shape: Shape) -> proximity.Solid:
 
 
 def _cloud(shape: Shape) -> Floats:
-    """Return the centres of a cloud's balls or cubes, shape (n, 3) [m]; none of other shapes."""
     if isinstance(shape, Points | Voxels):
         return np.ascontiguousarray(centres_of(shape))
     return np.empty((0, 3))

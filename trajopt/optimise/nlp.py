@@ -17,7 +17,6 @@ class CostRows(Value):
     """Penalised rows.
 
     Attributes:
-        name: Of the residual; shown in reports.
         weight: Shape (m,).
         kind: Class of the residual, which distinguishes residuals of the same name.
     """
@@ -47,12 +46,10 @@ class ConstraintRows(Value):
     """Rows that must lie between bounds.
 
     Attributes:
-        name: Of the residual; shown in reports.
         lower: Shape (m,); -inf for none.
         upper: Shape (m,); inf for none.
         tolerance: Largest violation that counts as satisfied, in the residual's unit.
         reach: Rows farther inside their bounds are left out, as far pairs are; inf if all are always there.
-        kind: Class of the residual, which distinguishes residuals of the same name.
         units: Unit of each component, or one of all: "m", "rad"; empty if unknown.
     """
 

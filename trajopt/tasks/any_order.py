@@ -53,7 +53,6 @@ class AnyOrder(Value):
     Each item begins with `MoveTo`, followed by more of these or `Dwell`.
 
     Attributes:
-        items: The items, each a stage or several in sequence.
         then: Configuration to which the arm goes afterwards, for the choice of the order; anywhere if None.
     """
 
@@ -63,7 +62,6 @@ class AnyOrder(Value):
     default_name = "any order"
 
     def __post_init__(self) -> None:
-        """Check the kinds of stages."""
         items = as_items(self.items)
         for number, item in enumerate(items, start=1):
             if not isinstance(item[0], MoveTo):
@@ -86,7 +84,6 @@ class AnyOrder(Value):
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the items in the best order with their postures; then in that order with any."""
         items = as_items(self.items)
         placed: list[list[PlacedItem]] = []
         for item in items:
@@ -113,8 +110,6 @@ class AnyOrder(Value):
 
 @dataclass(frozen=True, eq=False)
 class _Pinned:
-    """A move to a configuration that is chosen already."""
-
     move: MoveTo
     positions: Floats
 
@@ -169,13 +164,7 @@ def postures(
 
 @dataclass(frozen=True, eq=False)
 class _Ordering:
-    """Search for the order and the postures of items.
-
-    Attributes:
-        reduced: The arm, with the configuration before as its start.
-        rests: Whether the arm rests at items.
-        end: Configuration afterwards, shape (n,); None for anywhere.
-    """
+    """Search for the order and the postures of items; the arm ends anywhere if `end` is None."""
 
     search: TaskSearch
     reduced: ReducedModel
@@ -184,11 +173,7 @@ class _Ordering:
     end: Floats | None
 
     def searched(self) -> list[tuple[int, PlacedItem]]:
-        """Return the items in order with their postures.
-
-        The times between them are bounds first. A way of the best order that is not free gets the duration
-        of its planned motion, and the search is repeated.
-        """
+        """Bound the times between items; plan the best order's ways that are not free, and repeat."""
         nodes = [(group, item) for group, items in enumerate(self.placed) for item in items]
         groups = np.array([group for group, _ in nodes])
         entries = np.array([item.moves[0] for _, item in nodes])
@@ -220,7 +205,6 @@ class _Ordering:
         return travel_time(start, end, self.reduced.limits, rests=self.rests)
 
     def _free(self, exits: Floats, entries: Floats, ways: Sequence[tuple[int, int]]) -> list[bool]:
-        """Return whether the straight ways in joint space touch nothing, at samples of each."""
         counts = WorkCounts()
         query = evaluator(self.reduced, counts)
         free: list[bool] = []

@@ -39,7 +39,6 @@ class TaskSegment(PlannedSegment, Value):
 
     Attributes:
         stages: Names of the stages that it moves through, in order; the last one ends with it.
-        result: The planning result, with the scene of this motion and the judge's certificate.
         pauses: Rests at its end before the next motion.
     """
 
@@ -49,17 +48,14 @@ class TaskSegment(PlannedSegment, Value):
 
     @property
     def title(self) -> str:
-        """The names of its stages."""
         return ", ".join(self.stages)
 
     @property
     def rest(self) -> float:
-        """Time at its end for which the arm rests [s]."""
         return sum(pause.seconds for pause in self.pauses)
 
     @property
     def duration(self) -> float:
-        """Of motion and rest [s]."""
         return self.trajectory.duration + self.rest
 
     def settled(self) -> "TaskSegment":
@@ -126,7 +122,6 @@ NO_NAMES = CandidateNames()
 
 
 def step_of(name: str) -> Stage:
-    """Return the step of picking and placing that a motion of a task is, by its name."""
     return Stage[name.rpartition(": ")[2].upper()]
 
 
@@ -164,7 +159,6 @@ class TaskResult(MotionSequence[TaskSegment]):
         status: The status of planning: without a plan, that of the stage that failed last in the task.
         segments: The motions, in order; empty without a plan.
         refusals: The rejected ways to do stages, with reasons, in the order of the search.
-        counts: Exact numbers of the work done.
         cpu_seconds: Process time of each stage of planning [s].
         handled: How each picked object was handled last.
         stopped: The cause of an early end of planning; None without one.
@@ -176,7 +170,6 @@ class TaskResult(MotionSequence[TaskSegment]):
 
     @property
     def duration(self) -> float:
-        """Of the whole task [s]."""
         return sum(segment.duration for segment in self.require())
 
     @property

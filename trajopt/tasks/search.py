@@ -108,7 +108,6 @@ class TaskState:
 
     @property
     def time(self) -> float:
-        """End of the planned motions [s]."""
         return sum(segment.duration for segment in self.segments)
 
     def to(self, leg: Leg) -> "TaskState":
@@ -117,11 +116,9 @@ class TaskState:
         return replace(self, positions=leg.goal, steps=(*self.steps, leg), lifting=())
 
     def rest(self, seconds: float = 0.0, name: str = "") -> "TaskState":
-        """Return the state after a rest, which is counted to a stage; to that of the leg before if empty."""
         return replace(self, steps=(*self.steps, TaskRest(self.scene, name, seconds)))
 
     def through(self, segment: TaskSegment) -> "TaskState":
-        """Return the state after a motion that is planned already."""
         return replace(self, positions=segment.end, steps=(*self.steps, TaskRest(self.scene), segment))
 
     def moved(self, segment: TaskSegment) -> "TaskState":
@@ -201,12 +198,7 @@ class Rest:
 
 @dataclass(eq=False)
 class _Level:
-    """A stage of the sequence that is searched.
-
-    Attributes:
-        begin: State before it.
-        followed: Whether a way of it was followed by the next stage.
-    """
+    """A stage of the sequence; `followed` if a way of it was followed by the next stage."""
 
     begin: TaskState
     ways: Iterator[Way]
@@ -260,8 +252,6 @@ class TaskSearch:
         rng: Draws the starts of inverse kinematics, and the bends of seeds.
         tracker: Counts work and time, and ends the search when the budget is used up.
         blend: Distance from the end of a straight motion within which the arm may leave the line [m].
-        improve: Whether shape and time of each motion are optimised together.
-        stops: Whether the arm rests after each leg.
     """
 
     group: str
@@ -300,7 +290,6 @@ class TaskSearch:
         return StageRefusal(stage, status, reasons.no_goal_configuration(reduced, found, wanted), names=names)
 
     def rested(self, state: TaskState, rest: float = 0.0, name: str = "") -> Way:
-        """Plan all steps of a state, and rest at their end for a time [s]."""
         return self.planned(state.rest(rest, name))
 
     def planned(self, state: TaskState) -> Way:
@@ -310,7 +299,6 @@ class TaskSearch:
         return self._planned_before[state]
 
     def continued(self, before: TaskState, way: TaskState) -> Way:
-        """Return a way with the steps planned that a state had before it."""
         if len(way.segments) > len(before.segments):
             return way
         begun = self.planned(before)
@@ -364,10 +352,7 @@ class TaskSearch:
     def _faster_with_rests(
         self, state: TaskState, legs: tuple[Leg, ...], pause: StageRest, passing: TaskState
     ) -> TaskState:
-        """Return the state after a motion through the ends of legs, or with rests there if that is faster.
-
-        Around a sharp corner the arm slows down nearly to a rest, and farther away from it.
-        """
+        """Rest at the ends of legs if that is faster: around a sharp corner the arm nearly rests anyway."""
         if len(legs) == 1:
             return passing
         rows = np.array([self.arm(state.scene, at) for at in (state.rested, *(leg.goal for leg in legs))])

@@ -75,12 +75,10 @@ class PlannedSegment:
 
     @checked
     def positions(self, time: float) -> Floats:
-        """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
         return self.result.problem.reduced.all_positions(self.trajectory(time))
 
     @property
     def end(self) -> Floats:
-        """Positions of all joints at its end, shape (number of joints,) [rad | m]."""
         return self.positions(self.trajectory.duration)
 
 
@@ -163,7 +161,6 @@ class MotionSequence(Value, Generic[Part]):
 
     @property
     def final_state(self) -> Mapping[str, float]:
-        """Joint -> position of all joints after [rad | m]."""
         joints = self.final_scene.robot.joint_names
         return dict(zip(joints, map(float, self.final_positions), strict=True))
 

@@ -151,7 +151,6 @@ class FollowCurve(Value):
         return reached.to(self._straight(search, state, "approach", before, begin))
 
     def _beside(self, search: TaskSearch, state: TaskState, at: Floats) -> Floats | StageRefusal:
-        """Return positions of all joints off an end of the curve, or the reason why there are none."""
         scene, frame = state.scene, self.curve.frame
         reduced = search.reduced(scene, at)
         away = -self.off * scene.placement_of(frame, at).rotation[:, 2]
@@ -169,11 +168,7 @@ class FollowCurve(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class Dwell(Value):
-    """The arm rests.
-
-    Attributes:
-        seconds: Duration [s].
-    """
+    """The arm rests for some `seconds` [s]."""
 
     seconds: float
     name: str = ""
@@ -200,8 +195,7 @@ class AttachObject(Value):
     The next motion may begin in contact with the objects that it stands on.
 
     Attributes:
-        link: The link or tool frame.
-        touch_links: Links that may touch it.
+        link: Link or tool frame.
     """
 
     object: str
@@ -223,7 +217,6 @@ class AttachObject(Value):
         return held | {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the attachment, after a rest of the arm."""
         scene, at = state.scene, state.positions
         held = scene.attach(self.object, self.link, at=at, touch_links=tuple(self.touch_links))
         stood_on = supports(scene, self.object, scene.placement_of(self.object, at))
@@ -271,7 +264,6 @@ class MoveObject(Value):
     name: str = ""
 
     def __post_init__(self) -> None:
-        """Make the placement one."""
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
         if number("seconds", self.seconds) < 0.0:
             raise ProblemError(f"seconds must not be negative, is {self.seconds:g}")
@@ -338,12 +330,7 @@ def held_after_any(items: Sequence[Item], scene: Scene, group: str, held: frozen
 
 @dataclass(frozen=True, eq=False)
 class OneOf(Value):
-    """The cheapest of several alternatives that can be planned.
-
-    Attributes:
-        items: The alternatives, each a stage or several in sequence.
-        cost: Cost of the motions of an alternative.
-    """
+    """The cheapest of several alternatives that can be planned."""
 
     items: Sequence[Item]
     cost: Cost = duration
@@ -374,11 +361,7 @@ class OneOf(Value):
 
 @dataclass(frozen=True, eq=False)
 class Fallback(Value):
-    """The first of several alternatives that can be planned.
-
-    Attributes:
-        items: The alternatives in order of preference, each a stage or several in sequence.
-    """
+    """The first of several alternatives that can be planned."""
 
     items: Sequence[Item]
     name: str = ""

@@ -108,14 +108,6 @@ class Task(Value):
     ) -> TaskResult:
         """Plan the task; `trajopt.plan(task)` calls this.
 
-        Args:
-            improve: Whether shape and time of each motion are optimised together, which takes a few times as
-                long to plan.
-            rng: Random generator; a fixed seed when None.
-            budget: Time and work for the whole task; its `attempts` are for each motion, 16 if None.
-            cancel: Set it from another thread to stop.
-            progress: Called at every stage and every step of the solver.
-
         Raises:
             ProblemError: If the budget requests improvement.
         """
@@ -191,11 +183,7 @@ def _named(stages: Sequence[TaskStage], taken: set[str]) -> list[TaskStage]:
 
 
 def _check_steps(names: set[str]) -> None:
-    """Refuse a name that could be the name of a step of another stage.
-
-    Raises:
-        ProblemError: If there is one.
-    """
+    """Refuse a name that could be the name of a step of another stage."""
     for name in sorted(names):
         for owner in accumulate(name.split(": ")[:-1], "{}: {}".format):
             if owner in names:

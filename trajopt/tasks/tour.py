@@ -40,7 +40,6 @@ class Tours:
     end: Floats
 
     def cost(self, tour: Ints) -> float:
-        """Return the cost of a tour, nodes in order [s]."""
         between = float(self.between[tour[:-1], tour[1:]].sum())
         return float(self.start[tour[0]]) + between + float(self.end[tour[-1]])
 
@@ -99,11 +98,7 @@ class Tours:
         return np.array(nodes[::-1])
 
     def _reordered(self, tour: Ints, groups: Ints) -> Ints:
-        """Move and reverse parts at groups, and insert groups elsewhere, while that makes a tour shorter.
-
-        Groups at the ends of a change are examined next (don't-look bits: Bentley, ORSA Journal on Computing,
-        1992).
-        """
+        """Apply 2-opt, Or-opt and insertions with don't-look bits (Bentley, ORSA J. on Computing, 1992)."""
         waiting = deque(groups.tolist())
         while waiting:
             group = waiting.popleft()
@@ -120,7 +115,7 @@ class Tours:
         return tour
 
     def _reversed(self, tour: Ints, first: int) -> Ints | None:
-        """Reverse the best part that begins at a place (2-opt); None if none makes the tour shorter."""
+        """Improve by 2-opt; None if no tour is shorter."""
         last = np.arange(first + 1, len(tour))
         if not len(last):
             return None
@@ -139,7 +134,7 @@ class Tours:
         return np.concatenate((tour[:first], tour[first:end][::-1], tour[end:]))
 
     def _moved(self, tour: Ints, place: int) -> Ints | None:
-        """Move the part of up to three nodes at a place elsewhere (Or-opt); None if that is not shorter."""
+        """Improve by Or-opt of up to three nodes; None if no tour is shorter."""
         for size in (1, 2, 3):
             part, rest = tour[place : place + size], np.delete(tour, np.s_[place : place + size])
             if len(part) < size or not len(rest):
@@ -156,7 +151,7 @@ class Tours:
         return None
 
     def _inserted(self, tour: Ints, place: int) -> Ints | None:
-        """Insert the group of a place elsewhere, by any of its nodes; None if that is not shorter."""
+        """Insert a group elsewhere, by any of its nodes; None if no tour is shorter."""
         nodes, rest = np.flatnonzero(self.groups == self.groups[tour[place]]), np.delete(tour, place)
         if not len(rest):
             return None

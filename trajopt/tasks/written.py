@@ -81,7 +81,6 @@ def _stage(node: Node, scene: Scene) -> TaskStage:
 
 
 def _configuration(node: Node) -> str | Mapping[str, float]:
-    """Read a state or joint positions."""
     if isinstance(node.value, str):
         return node.text()
     return {name: value.number() for name, value in node.members().items()}

@@ -40,11 +40,6 @@ class RetimeOptions:
     shortest: float = 1e-2
 
     def __post_init__(self) -> None:
-        """Check the ranges.
-
-        Raises:
-            ShapeError: If a number is out of its range.
-        """
         ranges = (
             ("path_tolerance", self.path_tolerance, LEAST_TOLERANCE),
             ("points", self.points, 10),
@@ -87,7 +82,6 @@ class RetimeFailure:
     """The path has no timing within the limits.
 
     Attributes:
-        reason: Reason, as a sentence.
         joint: Joint whose limit cannot be held, if it is a single joint.
         place: Position on the path, as a share of its length from 0 (start) to 1 (goal).
     """
@@ -115,7 +109,6 @@ class ToolLimits(Value):
     Attributes:
         speeds: Computes the speeds; they must scale with the joint velocities.
         limit: Largest speeds, positive, shape (m,) [m/s | rad/s].
-        names: Name of each speed for messages.
     """
 
     speeds: SpeedOfTools
@@ -362,10 +355,7 @@ def _torque_joint(column: int, limits: JointLimits) -> int:
 
 
 def _too_weak(found: Found, limits: JointLimits) -> RetimeFailure:
-    """Name the joint that cannot hold its weight.
-
-    The arm could swing through such a point, but not stop there.
-    """
+    """Name the joint that cannot hold its weight: the arm could swing past there, but not stop."""
     place = _torque_joint(found.column, limits)
     joint = limits.joint_names[place]
     return RetimeFailure(
@@ -377,7 +367,6 @@ def _too_weak(found: Found, limits: JointLimits) -> RetimeFailure:
 
 
 def _exceeded(found: Found, limits: JointLimits) -> RetimeFailure:
-    """Name the limit that a trajectory exceeds at any speed."""
     if found.kind is Kind.TOOL_SPEED:
         reason = "the speed limit of a tool is exceeded there at any speed"
         return RetimeFailure(reason, None, found.place)

@@ -52,7 +52,6 @@ def forward_kinematics(
     """Place a frame at one configuration or many.
 
     Args:
-        reduced: The robot with its group's joints free, in its scene.
         frame: Link, tool frame or object, attached or not.
         positions: Of the group's joints, shape (n,) or (S, n) [rad | m].
         reference: "world", link, tool frame or object that the frame is seen from.
@@ -84,9 +83,8 @@ def frame_jacobian(
     the reference and along its axes; columns are the group's joints at unit speed.
 
     Args:
-        reduced: The robot with its group's joints free, in its scene.
         frame: Link, tool frame or object.
-        positions: Of the group's joints, shape (n,) or (S, n) [rad | m].
+        positions: Shape (n,) or (S, n) [rad | m].
         reference: "world", link, tool frame or object that the motion is seen from.
         offset: The point, in the frame, shape (3,) [m].
 

@@ -136,8 +136,6 @@ def goal_candidates(
     """Search configurations that hold all goals.
 
     Args:
-        query: Its counts receive the work done.
-        goals: Requirements to hold together.
         rng: Draws the starts after the first, which is the start configuration.
         starts: Starts of a wave.
         method: Moves starts until they hold the goals.
@@ -235,10 +233,7 @@ def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats)
 
 
 def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
-    """Sort by the slowest joint's time at full speed, then by total travel.
-
-    For a goal of one joint all configurations are equally far; the others should not move without need.
-    """
+    """Sort by the slowest joint's time at full speed, then by total travel."""
     travel = np.abs(found - reduced.start_positions) / reduced.limits.velocity
     times = travel.max(axis=1, initial=0.0)
     order = np.argsort(times, kind="stable")
@@ -260,7 +255,6 @@ def _distinct(found: Floats) -> Floats:
 
 
 def _deepest(query: Evaluator, found: Floats) -> tuple[Floats, Ints]:
-    """Return the largest lack of clearance [m], 0 for none, and its pair, both of shape (k,)."""
     pairs = query.reduced.pairs
     least = pairs.required.copy()
     for pair, allowance in pairs.allowances:
@@ -371,12 +365,10 @@ def inverse_kinematics(
     solutions with the redundant joint at that value. See `docs/decisions/goal-configurations.md`.
 
     Args:
-        reduced: The robot with its group's joints free, in its scene.
         goal: One requirement or several; a frame may be a link, a tool frame or an attached object.
         near: Configuration to be near, shape (n,) [rad | m], by the time of the slowest joint; the model's
             start when None.
         rng: Draws the starts of the search; a fixed seed when None.
-        starts: Starts of a wave; more find more solutions.
         method: "levenberg-marquardt", which takes every requirement, "placo", or your own method; results are
             always checked.
 

@@ -1,8 +1,4 @@
-"""Inverse kinematics by placo's quadratic programs, one start after the other.
-
-Placo reads a URDF of the reduced model: other joints are fixed, required joint positions narrow the limits,
-and every named frame is a link.
-"""
+"""Inverse kinematics by placo's quadratic programs, one start after the other."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -60,8 +56,6 @@ class Placo:
 
 @dataclass(eq=False)
 class _Description:
-    """Input of placo: a URDF, and tasks to state after reading it."""
-
     reduced: ReducedModel
     goals: Sequence[Requirement]
     tasks: list[_Task] = field(default_factory=list[_Task])
@@ -77,7 +71,6 @@ class _Description:
         return link
 
     def box(self) -> tuple[Floats, Floats]:
-        """Return the range of the group's joints by limits and requirements, shape (n,) each [rad | m]."""
         limits = self.reduced.limits
         lower, upper = joint_box(self.goals, self.reduced)
         lower, upper = np.maximum(lower, -UNBOUNDED), np.minimum(upper, UNBOUNDED)
@@ -125,8 +118,6 @@ class _Description:
 
 
 class _Search:
-    """Placo's robot and solver for one set of requirements."""
-
     def __init__(self, description: _Description, options: Placo) -> None:
         reduced = description.reduced
         self._options, self._range = options, description.box()

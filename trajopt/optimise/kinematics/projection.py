@@ -70,11 +70,7 @@ class _Linearised:
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """Bounds of a residual's d components, each of shape (d,), or (1,) if all have the same.
-
-    Attributes:
-        upper: Upper bound to aim at; equal to the lower to aim at a value.
-    """
+    """Bounds of a residual's components, shape (d,), or (1,) if all have the same; `upper` is an aim."""
 
     accepted: Constraint
     lower: Floats
@@ -82,7 +78,6 @@ class _Asked:
 
     @staticmethod
     def of(accepted: Constraint, aim: Constraint) -> "_Asked":
-        """Aim inside given bounds; at the middle of narrow ones."""
         narrow = aim.upper - aim.lower <= NARROW
         half = 0.5 * (aim.upper - aim.lower)[narrow]
         lower, upper = aim.lower.copy(), aim.upper.copy()
@@ -91,7 +86,6 @@ class _Asked:
         return _Asked(accepted, lower, upper)
 
     def linearise(self, motion: Motion) -> _Linearised:
-        """Evaluate at S configurations; a term may have only some of its components at each."""
         rows = self.accepted.residual.linearise(motion)
         samples, n = motion.positions.shape
         sample, component = rows.knots[:, 0], rows.component
@@ -109,11 +103,7 @@ class _Asked:
 
 
 class Projection:
-    """Moves configurations until they hold requirements.
-
-    Attributes:
-        goals: Requirements to hold together.
-    """
+    """Moves configurations until they hold requirements."""
 
     def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement], query: Evaluator) -> None:
         self.reduced, self.goals = reduced, tuple(goals)
@@ -133,8 +123,8 @@ class Projection:
     def __call__(self, begin: Floats) -> Projected:
         """Search from many starts, shape (S, n) [rad | m].
 
-        Damping by the squared error needs no trial steps and converges quadratically. Source: Sugihara,
-        Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE T-RO 2011.
+        Damping by squared error: Sugihara, Solvability-unconcerned inverse kinematics by the
+        Levenberg-Marquardt method, IEEE T-RO 2011.
         """
         limits = self._limits
         positions = np.clip(begin, limits.lower, limits.upper)
@@ -179,7 +169,6 @@ class Projection:
         return np.asarray(np.linalg.solve(normal, downhill[:, :, None])[:, :, 0], dtype=np.float64)
 
     def _inside(self, positions: Floats) -> Floats:
-        """Move positions beyond a limit to the limit, or by a turn if they pass to the other one."""
         limits = self._limits
         beyond = (positions > limits.upper) * 1.0 - (positions < limits.lower)
         turned = np.where(self._passes, positions - beyond * self._turn, positions)

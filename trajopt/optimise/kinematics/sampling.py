@@ -62,11 +62,7 @@ def random_configurations(
     (`docs/decisions/goal-configurations.md`).
 
     Args:
-        reduced: The robot with its group's joints free, in its scene.
-        count: Number of configurations to find.
         margin: Clearance to keep from everything [m]; the scene's own margins when None.
-        requirements: Requirements to hold.
-        progress: Called with the number found so far.
 
     Raises:
         ShapeError: If the count is not positive or the margin is negative.

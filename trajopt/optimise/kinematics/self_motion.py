@@ -63,7 +63,6 @@ def self_motion(
     keeps its first direction.
 
     Args:
-        reduced: The robot with its group's joints free, in its scene.
         goal: Requirement to hold, such as `frame_placement(...)`.
         positions: Configuration to begin at, which must hold the goal, shape (n,) [rad | m].
         joint: Joint whose motion leads, upward first; the most mobile one when None.
@@ -94,8 +93,6 @@ def self_motion(
 
 
 class _Sweep:
-    """Steps along a null space."""
-
     def __init__(self, reduced: ReducedModel, projection: Projection, step: float) -> None:
         self.projection = projection
         self._reduced, self._step = reduced, step
@@ -132,7 +129,6 @@ class _Sweep:
         return found, False
 
     def _apart(self, one: Floats, other: Floats) -> float:
-        """Return the largest difference of a joint; whole turns of joints without limits are none."""
         apart = np.abs(one - other)
         turns = np.where(np.isinf(self._whole), 0.0, np.round(apart / self._whole))
         return float(np.abs(apart - turns * 2.0 * np.pi).max())

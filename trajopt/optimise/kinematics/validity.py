@@ -27,9 +27,7 @@ class Validity(Value):
 
     Attributes:
         positions: Of the group's joints, shape (n,) [rad | m].
-        examination: Collisions and joints out of their limits.
         margin: Required clearance [m].
-        checks: Of all requirements, including satisfied ones.
         left_out: Objects that change with time, which are not checked; `scene.still_at(time)` freezes them.
     """
 
@@ -101,9 +99,7 @@ def validity(
     of `scene.still_at(time)` to check them.
 
     Args:
-        reduced: The robot with its group's joints free, in its scene.
         positions: Of the group's joints, shape (n,) [rad | m].
-        requirements: Requirements to hold.
         margin: Clearance to keep from everything [m].
 
     Raises:

@@ -29,12 +29,7 @@ SAMPLES = 4
 
 @dataclass(frozen=True)
 class Bspline:
-    """A path that is smooth by itself, and within the joint limits everywhere, since its control points are.
-
-    Attributes:
-        degree: 3 or 5.
-        solver: Any solver of an `Nlp`, with its options.
-    """
+    """A smooth path of degree 3 or 5, within the joint limits since its control points are."""
 
     pieces: int = 24
     degree: int = 3
@@ -42,11 +37,6 @@ class Bspline:
     name: str = "bspline"
 
     def __post_init__(self) -> None:
-        """Refuse invalid splines.
-
-        Raises:
-            ProblemError: If the degree is not supported, or the spline has no pieces.
-        """
         if self.degree not in DEGREES:
             raise ProblemError(f"the degree of a spline is 3 or 5, not {self.degree}")
         if self.pieces < 1:

@@ -42,9 +42,6 @@ class FreeDuration:
 
     Shape and time of a spline are optimised from the timed path of sequential QP over knots, which remains if
     nothing faster is found.
-
-    Attributes:
-        solver: Of the program over control points and duration.
     """
 
     pieces: int = 64
@@ -77,11 +74,7 @@ class MovingResult(SolveResult):
 
 @dataclass(frozen=True, eq=False)
 class FreeDurationProgram(Printed):
-    """A problem, first over knots, then over control points and duration.
-
-    Attributes:
-        first: The problem over knots; for a start in motion it begins at the stopping point.
-    """
+    """A problem, first over knots, then over control points and duration."""
 
     method: FreeDuration
     problem: Problem
@@ -98,10 +91,7 @@ class FreeDurationProgram(Printed):
         return self.first.counts
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve over knots, after bringing a start in motion to rest.
-
-        If the stopping point cannot be left, `improve` begins with the path from the start itself.
-        """
+        """Solve over knots; if the stopping point cannot be left, `improve` begins at the start itself."""
         if self.stop is None:
             return self.first.solve(seed, progress=progress)
         begin, rest = self.stop.positions[[0, -1]]
@@ -136,7 +126,6 @@ class FreeDurationProgram(Printed):
         return (solved.decoded,) if isinstance(solved, MovingResult) else self.first.decode(solved)
 
     def _rested(self, solved: SolveResult) -> float:
-        """Return the time at the first knot, after stopping if the start is in motion [s]."""
         return self.stop.duration if self.stop is not None and isinstance(solved, MovingResult) else 0.0
 
     def _program(self, path: Path, motion: Trajectory, begin: float) -> FreeDurationNlp:
@@ -154,7 +143,6 @@ class FreeDurationProgram(Printed):
 
 
 def _basis(pieces: int) -> SplineBasis:
-    """Return cubic pieces, shorter towards both ends, where the acceleration rises from zero."""
     even = np.linspace(0.0, 1.0, pieces + 1)
     return SplineBasis(3, even - np.sin(2.0 * np.pi * even) / (2.0 * np.pi) * CROWDING)
 

@@ -26,11 +26,7 @@ class NarrowResult(SolveResult):
 @checked
 @dataclass(frozen=True)
 class Knots:
-    """Default method: sequential QP over knots.
-
-    Attributes:
-        solver: Any solver of an `Nlp`, with its options.
-    """
+    """Default method: sequential QP over knots."""
 
     solver: Solver = field(default_factory=Sqp)
 
@@ -78,10 +74,9 @@ class KnotsProgram(Printed):
         return replace(self, covered=covered, transcribed=lambda: self.nlp.starting_at(positions))
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve with boxes around the clouds first: a path clear of the boxes is clear of the clouds.
+        """Solve with boxes around the clouds first, which are inside them.
 
-        If only margins are violated in the end, smaller ones are tried, never below the required clearance: a
-        gap may be too narrow for them.
+        If only margins are violated in the end, smaller ones are tried, never below the required clearance.
         """
         log = list[Iteration]()
         if self.covered is not None:

@@ -98,12 +98,7 @@ class SupportsImprovement(Program, Protocol):
     def improve(
         self, solved: SolveResult, motion: Trajectory, *, progress: Progress | None = None
     ) -> SolveResult:
-        """Optimise shape and time together, from a motion.
-
-        Args:
-            solved: Result of `solve`.
-            motion: The motion made of it.
-        """
+        """Optimise shape and time together, from a motion."""
         ...
 
 
@@ -124,7 +119,6 @@ class Method(Protocol):
         """Transcribe a problem.
 
         Args:
-            problem: The problem, with one goal.
             seed: Shape (N, n): the motion's duration is estimated from it.
 
         Raises:

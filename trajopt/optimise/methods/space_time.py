@@ -60,9 +60,6 @@ class SpaceTime:
 
     A motion of given duration is a program with linear limits; the duration is reduced while motions are
     found, each program beginning at the last motion.
-
-    Attributes:
-        solver: Of the program of each duration.
     """
 
     solver: Sqp = field(default_factory=_solver)
@@ -89,8 +86,6 @@ class SpaceTimeProgram(Printed):
 
     Attributes:
         base: The problem over knots: its rows without time.
-        obstacles: The margins from dynamic obstacles, if any.
-        dynamics: Torques, if they are limited.
         polyline: Knots to which windows and margins refer, shape (N, n) [rad | m].
     """
 
@@ -190,8 +185,6 @@ class SpaceTimeProgram(Printed):
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Result of one duration; the motion is None if none was found."""
-
     nlp: SpaceTimeNlp
     solved: SolveResult
     motion: Trajectory | None
@@ -199,8 +192,6 @@ class _Found:
 
 @dataclass(eq=False)
 class _Run:
-    """Solves programs of several durations."""
-
     solver: Sqp
     proves: Proves | None
     progress: Progress | None
@@ -223,7 +214,6 @@ class _Run:
         return _Found(nlp, solved, nlp.trajectory(solved.x) if solved.feasible else None)
 
     def shrunk(self, family: SpaceTimeFamily, found: _Found, low: float) -> _Found:
-        """Return the shortest motion found from another, not shorter than a bound [s]."""
         if low >= PRECISION * found.nlp.duration:
             return found
         self.solver = replace(self.solver, max_iterations=ceil(self.solver.max_iterations / 2))
@@ -242,7 +232,6 @@ class _Run:
 
 
 def _timed(seed: Floats, problem: Problem) -> Trajectory:
-    """Return a motion along a seed, from rest to rest, slower than its joints' limits allow."""
     steps = np.abs(np.diff(seed, axis=0))
     travel = steps.sum(axis=0)
     least = shortest_duration(problem.limits, np.zeros_like(travel), travel)

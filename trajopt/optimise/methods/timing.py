@@ -38,14 +38,8 @@ def retime_path(
     and its tool speeds.
 
     Args:
-        path: Of the group's joints.
         through: Knots that the motion passes through although corners are rounded.
         tolerance: Largest distance of any point of the robot from the path at rounded corners [m].
-        query: Of the problem's reduced model; a new one when None.
-        limits: Of the group's joints; the problem's when None.
-
-    Returns:
-        The trajectory with its active limits, or the reason why there is none.
 
     Raises:
         FrameNotFound: If a tool speed names an unknown frame.
@@ -75,13 +69,8 @@ def retime_with_stops(
     """Find the fastest trajectory along a path that comes to rest at some of its knots.
 
     Args:
-        path: Of the group's joints.
         stops: Knots between the first and the last, increasing.
         tolerance: Largest distance of any point of the robot from the path at rounded corners [m].
-        query: Of the problem's reduced model.
-
-    Returns:
-        The trajectory, or the reason why one of its parts has none.
     """
     legs: list[Retimed] = []
     for first, last in pairwise((0, *stops, len(path.knots) - 1)):
@@ -127,7 +116,6 @@ def _limits(tool: ToolSpeed) -> tuple[float, float]:
 
 
 def _speeds(query: Evaluator, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
-    """Return Jacobians of the limited speeds: for each tool the linear, then the angular one."""
     places = [(tool, *query.reduced.attachment(tool.frame)) for tool in limited]
 
     def speeds(q: Floats, v: Floats) -> Floats:

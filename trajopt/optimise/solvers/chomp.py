@@ -1,13 +1,12 @@
 """CHOMP: covariant Hamiltonian optimisation for motion planning.
 
-Source: Zucker et al., IJRR 32 (2013), 1164-1193; the defaults are of MoveIt's implementation, for its motion
-of 3 s and its metric with a largest inverse entry of 1. Differences: docs/decisions/chomp-and-stomp.md.
+Source: Zucker et al., IJRR 32 (2013), 1164-1193, with the defaults of MoveIt. Differences:
+docs/decisions/chomp-and-stomp.md.
 
 The obstacle functional is F(x) = sum over rows of c(d) |x_{t+1} - x_t| / samples, with the potential (eq. 21)
 c(d) = -d + e/2 below 0, (d - e)^2 / 2e up to e, and 0 beyond: d is the distance of a row inside its bound, e
-the reach to which rows are listed. Lengths are in configuration space, in ordinary steps. The gradient is
-exact for the sum: its second part keeps a path from being stretched or bunched at high potential (the
-projection and curvature terms of eq. 24).
+the reach to which rows are listed. Lengths are in configuration space, in ordinary steps. The gradient
+is exact for the sum (eq. 24).
 """
 
 from collections.abc import Iterator
@@ -44,11 +43,8 @@ class Chomp:
     near their bounds only (clearances) by the obstacle functional.
 
     Attributes:
-        max_iterations: Largest number of steps.
         after_feasible: Steps after the constraints hold, which may still lower the cost.
         learning_rate: Step along the covariant gradient.
-        smoothness_weight: Weight of the costs.
-        obstacle_weight: First weight of the obstacle functional.
         weight_growth: Factor on it at every step from a point with a violated clearance.
         step_limit: Largest change of a knot in a step, in ordinary steps.
     """
@@ -71,7 +67,6 @@ class Chomp:
         return "chomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Return the best point met: feasible first, then by cost, or violation if none was feasible."""
         check_arguments(Chomp.solve, locals())
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
         descent = _Descent(self, nlp, metric, self.obstacle_weight)
@@ -80,15 +75,12 @@ class Chomp:
 
 @dataclass(eq=False)
 class _Descent:
-    """One run, with the current weight of its obstacle functional."""
-
     options: Chomp
     nlp: Nlp
     metric: SmoothMetric
     weight: float
 
     def update(self, at: Linearisation, incumbent: Incumbent, _: bool) -> tuple[Linearisation, bool] | None:
-        """Take a covariant step; None if it is too short to change anything."""
         step = self._step(at)
         if np.abs(step / self.nlp.scale).max(initial=0.0) < STILL:
             return None
@@ -128,23 +120,14 @@ def cost_gradient(at: Linearisation) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class ObstacleFunctional:
-    """Value and gradient of the functional.
-
-    Attributes:
-        value: In the rows' unit times ordinary steps.
-        gradient: By the knots, shape (N, n).
-    """
+    """Value, in the rows' unit times ordinary steps, and gradient by the knots, shape (N, n)."""
 
     value: float
     gradient: Floats
 
 
 def obstacle_functional(at: Linearisation, scale: Floats) -> ObstacleFunctional:
-    """Integrate the potential of all rows that are listed near their bounds only.
-
-    Args:
-        scale: A step of ordinary size, shape (n,).
-    """
+    """Integrate the potential of all rows that are listed near their bounds only."""
     value, gradient = 0.0, np.zeros_like(at.x)
     moves = np.diff(at.x, axis=0) / scale
     lengths = np.linalg.norm(moves, axis=1)
@@ -176,7 +159,6 @@ def obstacle_potential(inside: Floats, reach: float) -> tuple[Floats, Floats]:
 
 
 def _sides(block: ConstraintRows) -> Iterator[tuple[Floats, float]]:
-    """Yield the distances of rows inside each bound, and the sign of the derivative by the row."""
     for inside, sign in ((block.rows.value - block.lower, 1.0), (block.upper - block.rows.value, -1.0)):
         if np.isfinite(inside).any():
             yield inside, sign

@@ -31,14 +31,10 @@ class SmoothMetric:
     largest: float
 
     def smooth(self, change: Floats) -> Floats:
-        """Return the inverse times a change or gradient of the knots, shape (N, n)."""
         return np.einsum("nts,sn->tn", self.inverse, change)
 
     def average(self, change: Floats) -> Floats:
-        """Return a change (N, n) smoothed: every column of the inverse scaled to a largest entry of 1/N.
-
-        Source: Kalakrishnan et al., ICRA 2011, table I (the matrix M).
-        """
+        """Smooth with the matrix M of Kalakrishnan et al., ICRA 2011, table I."""
         peaks = self.inverse.max(axis=1, keepdims=True)
         columns = np.divide(self.inverse, peaks, out=np.zeros_like(self.inverse), where=peaks > 0.0)
         return np.einsum("nts,sn->tn", columns / len(change), change)
@@ -89,9 +85,6 @@ class LinearRows:
     Attributes:
         matrix: By the flattened knots, shape (m, N n).
         smoothed: The metric's inverse times every row, shape (m, N n).
-        value: Shape (m,).
-        lower: Shape (m,).
-        upper: Shape (m,).
     """
 
     matrix: Floats
@@ -141,12 +134,10 @@ class LinearRows:
         return moved.reshape(step.shape)
 
     def _lack(self, step: Floats) -> Floats:
-        """Return the distance of each row outside its bounds after a step (N n,), shape (m,)."""
         predicted = self.value + self.matrix @ step
         return np.clip(predicted, self.lower, self.upper) - predicted
 
     def _correction(self, held: Bools, lack: Floats) -> Floats:
-        """Return the smallest change in the metric that closes the lack of the held rows, shape (N n,)."""
         product = self._product[np.ix_(held, held)]
         damping = DAMPING * float(np.diagonal(product).mean()) + 1e-12
         multipliers = np.linalg.solve(product + damping * np.eye(len(product)), lack[held])

@@ -1,8 +1,4 @@
-"""Descents of the SQP: steps that reduce cost plus penalty times violation.
-
-`StepwiseDescent` works with any program and backend; `NativeDescent` takes the same steps in the core, for
-programs that need no Python.
-"""
+"""Descents of the SQP: steps that reduce cost plus penalty times violation."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
@@ -20,13 +16,9 @@ class TrustRegion:
     """A box around the current point, in units of the program's scale, and the rule that sizes it.
 
     Attributes:
-        radius: Half the edge now.
-        smallest: Below this it has collapsed.
-        largest: It never grows beyond this.
+        radius: Half the edge.
         accept: Least share of the predicted improvement with which a step is taken.
         good: The box grows from this share on.
-        grow: Factor on growth.
-        shrink: Factor on rejection.
     """
 
     radius: float = 1.0
@@ -72,7 +64,6 @@ class DescentLimits:
     Attributes:
         steps: Steps at most, over all descents of a run.
         relative_gain: Least predicted reduction of the merit by a step, as a share of it.
-        absolute_gain: And as a value.
     """
 
     steps: int
@@ -146,7 +137,6 @@ class Descent(ABC):
 
 
 def merit(at: Linearisation, penalty: float) -> float:
-    """Return cost plus penalty times the L1 norm of the violations."""
     return at.cost + penalty * at.violation
 
 

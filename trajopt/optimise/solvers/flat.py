@@ -13,7 +13,7 @@ from trajopt.values.errors import BackendFailed
 
 
 def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:
-    """Scatter block rows into a sparse matrix over the free variables; -1 marks fixed ones."""
+    """Scatter block rows; -1 marks fixed variables."""
     m, _, n = rows.jacobian.shape
     columns = column.reshape(-1, n)[rows.knots]
     index = np.broadcast_to(np.arange(m, dtype=np.int64)[:, None, None], columns.shape)
@@ -56,7 +56,6 @@ class Subproblem:
         )
 
     def model(self, step: Floats) -> float:
-        """Return the model's merit less the squared costs at the point; step has shape (f,)."""
         excess = np.maximum(0.0, self.rows @ step - self.bound)
         return float(0.5 * step @ (self.hessian @ step) + self.gradient @ step + self.penalty @ excess)
 
@@ -121,11 +120,7 @@ def subproblem(moves: Bools, at: Linearisation, penalty: float) -> Subproblem:
 
 @dataclass(eq=False)
 class FlatSteps:
-    """Steps by a general backend; it may keep data that depend on the pattern only.
-
-    Raises:
-        SolverNotFound: If the backend is unknown.
-    """
+    """Steps by a general backend; it may keep data that depend on the pattern only."""
 
     name: str
     _backend: QpBackend = field(init=False)
@@ -153,11 +148,7 @@ class FlatSteps:
 
 @dataclass(frozen=True, eq=False)
 class FlatStep:
-    """The QP around one point; see `StepProgram`.
-
-    Attributes:
-        shape: Of the knots, (N, n).
-    """
+    """The QP around one point; see `StepProgram`."""
 
     solver: FlatSteps
     model: Subproblem

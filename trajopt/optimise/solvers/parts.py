@@ -87,7 +87,7 @@ class Taper(Value):
     share: float
 
     def in_core(self, full: Floats) -> descent.Margins:
-        """Hand it to the core, with the full margins, shape (p,) [m]."""
+        """Return the taper of the full margins, shape (p,) [m]."""
         return descent.tapered(
             full=full,
             required=self.required,
@@ -112,7 +112,6 @@ class DistancePart(Value):
         reach: Pairs farther apart have no row, shape (p,) [m].
         factor: Shape (p,).
         margin: Full margins, shape (p,) [m].
-        taper: Their change along the motion; constant when None.
     """
 
     empty: Block
@@ -136,7 +135,6 @@ class FramePart(Value):
     """A term of a frame at every sample.
 
     Attributes:
-        empty: Cost or constraint without rows; one weight, bounds by sample and component.
         configurations: Number that count as evaluated: terms over the same samples share them.
     """
 
@@ -159,7 +157,6 @@ class ChangingDistancePart(Value):
     """Distance less error and margin of p pairs that change with time, while both are there; S samples.
 
     Attributes:
-        empty: Constraint without rows; bounds are one number, or one a pair.
         times: Of each sample, shape (S,) [s].
         driven: Positions of the joints driven by time, shape (S, m) [rad | m].
         among: Measures them, by the group's positions and these.
@@ -207,8 +204,6 @@ class TorquePart(Value):
     """Torques as shares of their limits, at moments of a spline over time, for joints with high torque.
 
     Attributes:
-        empty: Constraint without rows; bounds are one number, or one a joint.
-        moments: With the weights of positions.
         velocity: Weights of velocities, shape (S, k).
         acceleration: Weights of accelerations, shape (S, k).
         effort: Limits, shape (n,) [Nm | N]; inf for none.
@@ -250,11 +245,7 @@ def _with_rows(empty: Block, made: descent.MadeRows) -> Block:
 
 @dataclass(frozen=True, eq=False)
 class PythonPart(Value):
-    """Rows that the program itself evaluates at every point, in Python.
-
-    Attributes:
-        role: The loss of a cost, or the tolerance of a constraint.
-    """
+    """Rows that the program itself evaluates at every point, in Python."""
 
     role: Loss | float
 
@@ -274,10 +265,7 @@ class CompiledProgram:
     """A program on given samples, in parts.
 
     Attributes:
-        lower: Of the knots, shape (N, n).
-        upper: Shape (N, n).
         scale: A step of ordinary size in each variable, shape (n,).
-        sampling: Samples per segment, shape (N - 1,).
         support: The knots that each sample depends on, shape (S, k).
     """
 

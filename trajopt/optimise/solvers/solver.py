@@ -29,7 +29,6 @@ class Iteration:
     Attributes:
         cost: Sum of costs at the current point after the step.
         violation: L1 norm of the violations there.
-        accepted: Whether the step was taken.
     """
 
     cost: float
@@ -43,11 +42,8 @@ class SqpStep(Iteration):
 
     Attributes:
         merit: Cost plus penalty weight times violation.
-        penalty: Penalty weight.
         radius: Trust region radius, in units of the program's scale.
         rows: Penalised rows of the QP.
-        backend: Name of the QP backend.
-        qp_iterations: Iterations of the backend.
     """
 
     merit: float
@@ -181,11 +177,7 @@ def finite(at: Linearisation) -> bool:
 
 @dataclass(eq=False)
 class Incumbent:
-    """The best of the offered points; all on the same samples.
-
-    Attributes:
-        seed: Within bounds, shape (N, n).
-    """
+    """The best of the offered points; all on the same samples."""
 
     nlp: Nlp
     seed: Floats

@@ -37,7 +37,6 @@ WIDEST = 5
 
 
 def step_solver(name: str) -> StepSolver:
-    """Return a step solver: "auto", "banded", "piqp", "osqp", "proxqp", or another of qpsolvers."""
     if name == AUTO:
         return ByStructure()
     if name == "banded":
@@ -88,19 +87,17 @@ class Sqp:
     """The solver; its fields are its options.
 
     Attributes:
-        qp: Name of the QP backend; "auto" chooses by the structure of the program.
+        qp: QP backend; "auto" chooses by the structure of the program.
         penalty: First weight of constraint violations.
         penalty_growth: Factor when constraints do not hold at convergence.
         penalty_rounds: Largest number of rounds of growth; 0 if the caller has other ways to try.
-        max_iterations: Largest number of QPs; a later success is rare, and another seed the better use of
-            time.
+        max_iterations: Largest number of QPs.
         relative_gain: Converged when the predicted reduction is below this share of the merit.
         absolute_gain: Or below this value.
         until_feasible: Whether any point that holds all constraints suffices, regardless of its cost.
         refines: Whether a point has to hold all constraints on many samples as well; else the caller checks
             between the samples.
         fine_first: Whether the first samples have the final density, for seeds that are nearly solutions.
-        trust_region: First trust region, and its rule.
     """
 
     qp: str = AUTO
@@ -125,22 +122,13 @@ class Sqp:
         return "sqp" if self.qp == AUTO else f"sqp-{self.qp}"
 
     def brief(self) -> "Sqp":
-        """Return the solver with a quarter of the steps, enough to recognise promising seeds."""
         return replace(self, max_iterations=ceil(self.max_iterations / 4))
 
     def near(self) -> "Sqp":
-        """Return the solver for seeds that are nearly solutions: they are not polished for long."""
         return replace(self, fine_first=True, relative_gain=max(self.relative_gain, NEAR_GAIN))
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a seed (N, n), on coarse samples until the constraints hold, then on fine ones.
-
-        The seed is clipped to the bounds; the last point's `feasible` states whether it holds all
-        constraints.
-
-        Raises:
-            SolverNotFound: If the QP backend is unknown.
-        """
+        """Solve on coarse samples until the constraints hold, then on fine ones."""
         check_arguments(Sqp.solve, locals())
         x = np.clip(x0, nlp.lower, nlp.upper)
         run = self._begun(nlp, x, nlp.sampling(x, fine=self.fine_first), progress)
@@ -170,7 +158,6 @@ class Sqp:
             run.region = replace(run.region, radius=max(run.region.radius, WIDENED))
 
     def _begun(self, nlp: Nlp, x: Floats, sampling: Ints, progress: Progress | None) -> Descent:
-        """Return the descent at the first point: in the core if possible, else in Python."""
         steps = step_solver(self.qp)
         limits = DescentLimits(self.max_iterations, self.relative_gain, self.absolute_gain)
         run = native_descent(self.qp, nlp, sampling, limits, progress, self.trust_region, self.penalty)
@@ -204,7 +191,6 @@ def native_descent(
     region: TrustRegion,
     penalty: float,
 ) -> "NativeDescent | None":
-    """Return a descent in the core; None if program, backend or trust region are of another kind."""
     if qp not in (AUTO, NAME) or type(region) is not TrustRegion or not isinstance(nlp, CompilableNlp):
         return None
     program = nlp.compiled(sampling)
@@ -215,11 +201,7 @@ def native_descent(
 
 @dataclass(eq=False, kw_only=True)
 class NativeDescent(Descent):
-    """Steps in the core; see `Descent`.
-
-    Attributes:
-        compilable: The program, as a `CompilableNlp`.
-    """
+    """Steps in the core; see `Descent`."""
 
     compilable: CompilableNlp
     program: CompiledProgram
@@ -300,7 +282,6 @@ class NativeDescent(Descent):
 
     @contextmanager
     def _counting(self) -> "Generator[Callable[[descent.Worked], None]]":
-        """Add the work of the core to the program's counts; yields a function that does so earlier."""
         counts, core = self.compilable.counts, self.program.core
         before = (counts.forward_kinematics, counts.bounds, counts.distances)
         begun = core.work

@@ -26,9 +26,7 @@ class Stomp:
 
     Attributes:
         seed: Of the noise: the same seed gives the same answer.
-        max_iterations: Largest number of updates; every one draws new roll-outs.
         after_feasible: Updates after the constraints hold, which may still lower the cost.
-        rollouts: Noisy paths drawn per update.
         kept: Best roll-outs of the last update that take part in the next.
         noise: Standard deviation at the knot that varies most, in ordinary steps.
         sensitivity: Preference for better roll-outs: h of the paper's eq. 11.
@@ -54,7 +52,6 @@ class Stomp:
         return "stomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Return the best point met: feasible first, then by cost, or violation if none was feasible."""
         check_arguments(Stomp.solve, locals())
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
         run = _Run(self, nlp, metric, np.random.default_rng(self.seed))
@@ -63,8 +60,6 @@ class Stomp:
 
 @dataclass(eq=False)
 class _Run:
-    """One run, and the best roll-outs of its last update."""
-
     options: Stomp
     nlp: Nlp
     metric: SmoothMetric
@@ -72,7 +67,6 @@ class _Run:
     kept: Sequence[Linearisation] = ()
 
     def update(self, at: Linearisation, incumbent: Incumbent, refined: bool) -> tuple[Linearisation, bool]:
-        """Draw roll-outs, and move to their average, weighted separately at every knot, if that is better."""
         kept, self.kept = () if refined else self.kept, ()
         options, rows = self.options, LinearRows.around(at, self.metric)
         drawn = [
@@ -99,12 +93,7 @@ class _Run:
 
 
 def rollout_weights(costs: Floats, sensitivity: float) -> Floats:
-    """Return the probability of each roll-out at each knot (eq. 11), shape (K, N); columns sum to 1.
-
-    Args:
-        costs: Shape (K, N).
-        sensitivity: Of the exponent to a knot's costs, scaled to 0 (the least) ... 1.
-    """
+    """Return the probability of each roll-out at each knot (eq. 11), shape (K, N); columns sum to 1."""
     least = costs.min(axis=0)
     spread = np.maximum(costs.max(axis=0) - least, 1e-12)
     weights = np.exp(-sensitivity * (costs - least) / spread)

@@ -105,9 +105,6 @@ class BandedSteps:
 
     Every row touches few neighbouring knots, so the system of every iteration is a band whose pattern does
     not depend on the number of rows: docs/decisions/banded-qp.md.
-
-    Attributes:
-        max_iterations: Limit of interior-point iterations.
     """
 
     max_iterations: int = 60

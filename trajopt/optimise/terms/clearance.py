@@ -62,7 +62,6 @@ class SoftDistance:
     """Distance below which two things cost.
 
     Attributes:
-        distance: The distance [m].
         weight: Of the squared shortfall [1/m^2].
     """
 
@@ -75,10 +74,6 @@ class SoftClearance:
     """Shortfall of each pair below its preferred distance, times the root of its weight.
 
     Components are pair indices; pairs that are far enough apart have none, so the square is smooth.
-
-    Attributes:
-        every: The preferred distance of all pairs.
-        single: Preferred distances of single pairs of links and objects instead.
     """
 
     every: SoftDistance
@@ -86,11 +81,6 @@ class SoftClearance:
     name = "soft clearance"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Measure the pairs that are too near and differentiate as `Clearance`.
-
-        Raises:
-            ObjectNotFound: If a single pair names neither a link nor an object.
-        """
         distance, root = self.by_pair(motion.query.reduced)
         contacts = motion.query.close_pairs(motion.positions, distance)
         factor = root[contacts.pair]

@@ -92,7 +92,6 @@ def rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
 
 
 def _half_turn(rotation: Floats) -> Floats:
-    """Return log R if sin t is too small to divide by."""
     quaternion = as_quaternion(rotation)
     length = float(np.linalg.norm(quaternion[:3]))
     return quaternion[:3] / length * (2.0 * np.arctan2(length, quaternion[3]))
@@ -173,7 +172,6 @@ class CurveError(Value):
     R_c^T R a across a.
 
     Attributes:
-        required: The curve and the frame that follows it.
         stations: Length along the curve of each knot, shape (N,) [m]; spread evenly when None.
         window: Part of the motion that follows the curve; a single knot is the end.
     """
@@ -235,7 +233,6 @@ class CurveError(Value):
 
 
 def aside(axis: Floats) -> Floats:
-    """Return two unit vectors across an axis and each other, shape (2, 3)."""
     first = np.array(np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())]), dtype=np.float64)
     first /= np.linalg.norm(first)
     return np.stack((first, np.array(np.cross(axis, first), dtype=np.float64)))

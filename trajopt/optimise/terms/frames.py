@@ -46,7 +46,6 @@ def relative_frame(
     """Evaluate a point of a frame and its orientation, seen from a reference that may move.
 
     Args:
-        frame: Link, tool frame or object.
         reference: "world", link, tool frame or object.
         offset: The point, in the frame, shape (3,) [m].
     """

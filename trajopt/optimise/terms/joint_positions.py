@@ -38,7 +38,6 @@ class JointPosition(Value):
     name = "joint positions"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the positions; exact, for they are the variables."""
         value = motion.positions[:, self.joints]
         select = np.eye(motion.positions.shape[1])[self.joints]
         return motion.rows_of_all(value, np.tile(select, (len(value), 1, 1)))
@@ -230,11 +229,6 @@ class RestPosture:
     name = "rest posture"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Return the differences; exact, for they are linear.
-
-        Raises:
-            JointNotFound: If a joint is not of the group.
-        """
         names = motion.query.reduced.joint_names
         for joint in self.positions:
             if joint not in names:

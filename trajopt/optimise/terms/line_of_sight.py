@@ -75,7 +75,6 @@ class SightClearance:
 
 
 def _counted(need: LineOfSight, reduced: ReducedModel) -> tuple[str, ...]:
-    """Return the objects that may not be in between; exact meshes and clouds are refused."""
     names = need.obstacles(reduced.scene)
     for name in names:
         shapes = [shape for shape, _ in reduced.scene.object(name).parts]
@@ -94,10 +93,7 @@ def _counted(need: LineOfSight, reduced: ReducedModel) -> tuple[str, ...]:
 def _seen_from(
     reduced: ReducedModel, motion: Motion, need: LineOfSight, name: str
 ) -> tuple[RelativeFrame, RelativeFrame, Floats]:
-    """Return camera and target as seen from an object, and its largest error, shape (S,) [m].
-
-    The error is -inf, so that nothing is near, if the object moves and samples have no times.
-    """
+    """Return camera, target and error (S,) [m] in an object's frame; -inf without times."""
     scene = reduced.scene
     carrier = scene.carrier(name)
     seen_from = WORLD if carrier else name
@@ -127,7 +123,6 @@ def _near(
 
 
 def _measured(shape: Shape, where: Placement, camera: Floats, target: Floats) -> tuple[float, Floats, float]:
-    """Return distance, normal to the line, and the nearest point's share of the distance to the target."""
     way = target - camera
     length = max(float(np.linalg.norm(way)), 1e-9)
     line = coal.Capsule(THICKNESS, length)
@@ -143,7 +138,6 @@ def _measured(shape: Shape, where: Placement, camera: Floats, target: Floats) ->
 
 
 def _upright(axis: Floats) -> Floats:
-    """Return a rotation whose z axis is a unit vector, or any rotation for a zero vector."""
     if np.linalg.norm(axis) < 0.5:
         return np.eye(3)
     aside: Floats = np.zeros(3)

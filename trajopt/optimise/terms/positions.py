@@ -130,7 +130,6 @@ class RegionCoordinates:
         )
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Return four components per member; those of farther members lie within all bounds."""
         import casadi as ca
 
         need = self.required
@@ -155,7 +154,6 @@ class RegionCoordinates:
 
 
 def _coordinates(shape: Region, point: Floats, rate: Floats) -> tuple[Floats, Floats]:
-    """Return the coordinates that bound a shape, (s, k), and their derivatives, (s, k, n)."""
     match shape:
         case Box():
             return point, rate
@@ -173,7 +171,6 @@ def _coordinates(shape: Region, point: Floats, rate: Floats) -> tuple[Floats, Fl
 
 
 def _bounds(shape: Region) -> tuple[Floats, Floats]:
-    """Return lower and upper bounds of a shape's coordinates, each of shape (k,) [m]."""
     match shape:
         case Box():
             upper = np.array((shape.x, shape.y, shape.z)) / 2.0

@@ -36,11 +36,7 @@ def constrain(
 
 @dataclass(frozen=True, eq=False)
 class Exceeded:
-    """Excess of each number of a requirement over the nearer of its bounds; negative within.
-
-    Attributes:
-        required: The requirement, with its whole tolerances.
-    """
+    """Excess of each number of a requirement over the nearer of its bounds; negative within."""
 
     required: Requirement
 

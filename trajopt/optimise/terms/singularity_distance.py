@@ -39,7 +39,6 @@ def frame_jacobian(
     """Evaluate and differentiate the Jacobian of a frame.
 
     Args:
-        frame: Link, tool frame or object.
         length: Length that a radian of rotation counts as [m].
         offset: The point, in the frame, shape (3,) [m].
     """
@@ -96,8 +95,7 @@ class SmallestSingularValue:
 class LostManipulability:
     """One component: r / (r + m), from 1 at a singularity towards 0 far from it, with reference r.
 
-    Yoshikawa's manipulability m is the product of the singular values of the Jacobian. Source: Yoshikawa,
-    Manipulability of robotic mechanisms, IJRR 1985.
+    m is the manipulability (Yoshikawa, IJRR 1985).
 
     Attributes:
         frame: Link, tool frame or attached object.

@@ -26,11 +26,7 @@ Build = Callable[["SymbolicKinematics"], "ca.SX"]
 @checked
 @dataclass(frozen=True, eq=False)
 class Expression:
-    """A function of the configuration, evaluated at every sample.
-
-    Attributes:
-        build: Makes the expression; called once for each robot in its scene.
-    """
+    """A function of the configuration at every sample, built once for each robot in its scene."""
 
     name: str
     build: Build
@@ -106,13 +102,12 @@ Function = Callable[[Floats], ArrayLike]
 
 @dataclass(frozen=True, eq=False)
 class FunctionResidual:
-    """A function of one configuration, evaluated at every sample; its components are the function's.
+    """A function of one configuration, evaluated at every sample.
 
     Attributes:
         function: The function; it must return the same value for the same positions.
         jacobian: Positions (n,) -> derivatives, shape (components, n), or (n,) of a single number;
             central differences are taken when None.
-        step: Step of the differences [rad | m].
     """
 
     title: str

@@ -29,7 +29,6 @@ class Stencils:
     weight: Floats
 
     def __call__(self, control: Floats) -> Floats:
-        """Evaluate at control points (M, n): shape (m, n)."""
         return np.einsum("mk,mkn->mn", self.weight, control[self.support])
 
 
@@ -52,7 +51,6 @@ class SplineBasis:
 
     @cached_property
     def knots(self) -> Floats:
-        """The spline's knots, the ends repeated, shape (count + degree + 1,)."""
         return np.concatenate((np.zeros(self.degree), self.breaks, np.ones(self.degree)))
 
     @property
@@ -96,7 +94,6 @@ class SplineBasis:
         return {}
 
     def at(self, parameters: Floats) -> Stencils:
-        """Return the weights of control points at parameters in [0, 1], shape (s,)."""
         return self.derivative_at(parameters, 0)
 
     def derivative(self, order: int) -> Stencils:
@@ -141,7 +138,6 @@ class SplineBasis:
 
 @lru_cache(maxsize=8)
 def even_basis(degree: int, pieces: int) -> SplineBasis:
-    """Return a clamped B-spline of equal pieces, shared by all plans since its weights take long."""
     return SplineBasis(degree, readonly(np.linspace(0.0, 1.0, pieces + 1)))
 
 
@@ -223,11 +219,7 @@ class KnotPlaces:
 
 @dataclass(eq=False)
 class BsplineNlp(CompilableMotionNlp):
-    """The program over control points.
-
-    Attributes:
-        places: Places of its parameters along the motion over knots.
-    """
+    """The program over control points, at `places` of the motion over knots."""
 
     basis: SplineBasis
     places: KnotPlaces

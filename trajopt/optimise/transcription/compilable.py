@@ -1,8 +1,7 @@
 """Programs over the samples of a curve in parts for the core.
 
-Linear terms are passed as their rows at knots of zero; distances as the pairs that they measure, and the
-commonest terms of frames as formulas. Other terms of the library are evaluated in Python at every point; a
-term of another package makes Python evaluate the whole program.
+Terms without a formula in the core are evaluated in Python at every point; a term of another package makes
+Python evaluate the whole program.
 """
 
 from collections.abc import Callable, Mapping
@@ -115,11 +114,6 @@ class CompilableMotionNlp(MotionNlp):
         return frozenset(kinds & (OTHERS | OF_FRAMES | (FRAME_TERMS if kinds & OF_FRAMES else set())))
 
     def _part(self, item: Cost | Constraint, motion: Motion, *, placed: bool) -> Part | None:
-        """Return a cost or constraint as a part; None if its term or its kind of bounds is unknown.
-
-        Args:
-            placed: Whether another part counts the placements of all samples already.
-        """
         residual = item.residual
         if not isinstance(item, Cost) and type(item) not in BOUNDED:
             return None
@@ -142,7 +136,6 @@ class CompilableMotionNlp(MotionNlp):
     def _part_in_time(
         self, item: Cost | Constraint, residual: ClearanceInTime | SplineTorque, within: Motion
     ) -> Part | None:
-        """Return a constraint of a motion whose samples have times as a part; None for any other."""
         if isinstance(item, Cost) or item.window != WHOLE or not isinstance(within, MotionInTime):
             return None
         empty = _empty(item, within)
@@ -170,7 +163,6 @@ class CompilableMotionNlp(MotionNlp):
         return TorquePart(empty, moments, velocity, acceleration, dynamics, residual.effort, residual.listed)
 
     def _linear(self, item: Cost | Constraint, motion: Motion) -> LinearPart:
-        """Return a linear term as a part; of the knots themselves it is the same on all samples."""
         part = self._linear_of_knots.get(item)
         if part is None:
             one = isinstance(item, Cost)
@@ -185,11 +177,6 @@ def _samples(motion: Motion) -> Samples:
 
 
 def _empty(item: Cost | Constraint, motion: Motion, components: int | None = None) -> Block:
-    """Return a cost or constraint without rows, over stencils of a motion's samples.
-
-    Args:
-        components: With these the bounds are laid out for each sample and component.
-    """
     residual = item.residual
     none = np.zeros(0, dtype=np.int64)
     rows = motion.rows(none, np.zeros(0), np.zeros((0, motion.knots.shape[1])), none)
@@ -242,18 +229,13 @@ def taper_of(margins: TaperedMargins, share: float) -> Taper:
 
 @dataclass(frozen=True, eq=False)
 class FrameInCore:
-    """A term of a frame, as the core needs it.
-
-    Attributes:
-        view: The frame, its point, and the reference that it is seen from.
-    """
+    """A term of a frame, as the core needs it."""
 
     view: descent.View
     term: descent.FrameTerm
 
 
 def frame_in_core(residual: object) -> FrameInCore | None:
-    """Return a term of a frame in the core's form; None if it is not such a term, or has no formula there."""
     build = _BUILD.get(type(residual))
     return None if build is None else build(residual)
 
@@ -339,5 +321,4 @@ def _view(reduced: ReducedModel, frame: str, reference: str, offset: Floats) -> 
 
 
 def _across(axis: Floats) -> Floats:
-    """Return the unit vector across an axis that the terms use when no direction is given."""
     return np.ascontiguousarray(np.linalg.svd(axis[None, :])[2][1])

@@ -77,7 +77,6 @@ class FreeDurationNlp:
 
     @property
     def scale(self) -> Floats:
-        """A step of ordinary size, shape (n + 1,)."""
         return np.append(self.spline.scale, 1.0)
 
     @property
@@ -85,12 +84,6 @@ class FreeDurationNlp:
         return self.spline.counts
 
     def fitted(self, parameters: Floats, positions: Floats) -> Floats:
-        """Return control points near to a motion of the reference's duration; its start has its rates.
-
-        Args:
-            parameters: In [0, 1], increasing, the first 0 and the last 1, shape (s,).
-            positions: The motion there, shape (s, n) [rad | m].
-        """
         first = self._started(np.tile(positions[0], (RESTING, 1)), self.reference)
         return fitted(self.spline.basis, parameters, positions, resting=RESTING, first=first)
 
@@ -112,10 +105,6 @@ class FreeDurationNlp:
         return Linearisation(x, (_duration(x), *costs), tuple(constraints), sampling)
 
     def decode(self, x: Floats) -> Trajectory:
-        """Return the motion along the spline in the least duration that holds all limits.
-
-        Its pieces are cubic: positions, velocities and accelerations at the breaks define it.
-        """
         basis, control = self.spline.basis, x[:, :-1]
         breaks = basis.breaks
         duration = self._duration_of(control)
@@ -143,7 +132,6 @@ class FreeDurationNlp:
         return self._held_by_motors(control, least_duration(breaks, speed, bend, self.limits))
 
     def _started(self, control: Floats, duration: float) -> Floats:
-        """Place the second and third control point so that the start has its velocity and acceleration."""
         first, second = (self._derivatives[order].weight[0] for order in (0, 1))
         moved = control.copy()
         moved[1] = (self.start_velocities * duration - first[0] * moved[0]) / first[1]
@@ -152,7 +140,6 @@ class FreeDurationNlp:
         return moved
 
     def _held_by_motors(self, control: Floats, duration: float) -> float:
-        """Lengthen a duration until torques are within their limits at the breaks and half-way between."""
         if self.dynamics is None:
             return duration
         basis, effort = self.spline.basis, self.limits.effort
@@ -204,7 +191,6 @@ class FreeDurationNlp:
         return ConstraintRows(name, rows, none, none, TOLERANCE)
 
     def _torque(self, x: Floats) -> ConstraintRows:
-        """Rows of the joints' torques at the breaks, as shares of the effort limits."""
         assert self.dynamics is not None
         basis = self.spline.basis
         breaks = basis.breaks
@@ -309,7 +295,6 @@ def _beside(bounds: Floats, value: float) -> Floats:
 
 
 def _greville(basis: SplineBasis, support: Ints) -> Floats:
-    """Parameters at which control points act, in the middle of each stencil."""
     knots = basis.knots
     sites = np.convolve(knots[1:-1], np.full(basis.degree, 1.0 / basis.degree), mode="valid")
     return sites[support].mean(axis=1)

@@ -45,12 +45,6 @@ TURN = 0.5
 def swept_samples(
     query: Evaluator, corners: Floats, least: int = COARSE_SAMPLES, *, sweep: float = SWEEP
 ) -> Ints:
-    """Return the number of samples that each segment of a polyline (N, n) needs, shape (N - 1,).
-
-    Args:
-        least: Least number of samples of a segment.
-        sweep: Largest travel of a body between two samples [m].
-    """
     return samples_for(swept(query, corners), least, sweep)
 
 
@@ -81,12 +75,7 @@ PRISMATIC_STEP = 0.5
 
 @dataclass(eq=False)
 class KnotsNlp(CompilableMotionNlp):
-    """The program over knots, between which the motion is straight; built by `transcribe`.
-
-    Attributes:
-        margins: The required clearance along the motion.
-        share: Its share of the margins beyond the requirement.
-    """
+    """The program over knots, between which the motion is straight; built by `transcribe`."""
 
     margins: TaperedMargins
     share: float = 1.0
@@ -124,7 +113,7 @@ class KnotsNlp(CompilableMotionNlp):
         return True
 
     def motion(self, x: Floats, sampling: Ints) -> Motion:
-        """Sample the polyline through the knots."""
+        """Sample the polyline."""
         return Motion.through(x, sampling, self.query)
 
     def decode(self, x: Floats) -> Path:
@@ -154,7 +143,6 @@ def goal_centre(problem: Problem) -> Floats | None:
 
 
 def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float:
-    """Return the time of the straight line at full velocity and acceleration of every joint [s]."""
     distance = np.abs(goal - start)
     ramp = limits.velocity**2 / limits.acceleration
     times = np.where(
@@ -175,7 +163,6 @@ def transcribe(
         seed: Knots to start from, shape (N, n): the motion's duration is estimated from it, for windows of
             allowed contact.
         waypoint_knots: The knot of each waypoint, increasing, neither first nor last.
-        counts: Receives the work done; counts of its own when None.
 
     Raises:
         ProblemError: If a requirement has no term, or requires a joint outside the group to move, or there is

@@ -1,8 +1,7 @@
 """The clearance that the program demands along the motion: never less than the requirement.
 
 Near a fixed start or goal that violates the margin, the margin tapers to the actual distance; at a goal that
-leaves a choice, a requested margin tapers to the distance at the end of the seed. Intended contact is allowed
-for a time.
+leaves a choice, a requested margin tapers to the distance at the end of the seed.
 """
 
 from collections.abc import Sequence
@@ -36,8 +35,6 @@ class TaperedMargins(Printed):
     """A `MarginRule`.
 
     Attributes:
-        pairs: The pairs, with their full margins.
-        last: Index of the last knot.
         at_start: Margin of each pair at the start, shape (p,) [m].
         at_end: At the end, shape (p,) [m].
         contact_until: Knot up to which contact is allowed, shape (p,); -1 for none.
@@ -79,9 +76,6 @@ class ShrunkMargins(Printed):
     """A `MarginRule` with a share of another rule's margins beyond the requirement.
 
     Margins that are larger than the default were requested, and stay.
-
-    Attributes:
-        share: The share, in (0, 1].
     """
 
     margins: TaperedMargins
@@ -251,5 +245,4 @@ def _tapered(item: Constraint, whole: Constraint, stops: Sequence[tuple[int, Mot
 
 
 def _of(values: Floats, component: Ints) -> Floats:
-    """Return the value of each component, 0 for missing ones."""
     return np.append(values, 0.0)[np.minimum(component, len(values))]

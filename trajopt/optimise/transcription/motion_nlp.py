@@ -19,13 +19,7 @@ ROUNDING = 1e-9
 
 @dataclass(eq=False)
 class MotionNlp(ABC):
-    """The program over the variables of a curve; owns the query, so one per thread.
-
-    Attributes:
-        lower: Of the variables, shape (N, n).
-        upper: Shape (N, n).
-        scale: A step of ordinary size, shape (n,).
-    """
+    """The program over the variables of a curve; owns the query, so one per thread."""
 
     problem: Problem
     counts: WorkCounts
@@ -82,7 +76,6 @@ class MotionNlp(ABC):
 
     @cached_property
     def _moves(self) -> Bools:
-        """Whether anything of each knot may change, shape (N,)."""
         return np.any(self.lower < self.upper, axis=1)
 
 

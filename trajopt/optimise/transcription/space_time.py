@@ -2,8 +2,7 @@
 
 All pieces last equally long, so the limits of velocity, acceleration and jerk are constant linear rows that
 hold at all times. The first three control points carry the start's position, velocity and acceleration; the
-last three coincide, so that the motion comes to rest. Distances are measured at each sample's time. There is
-no retiming.
+last three coincide, so that the motion comes to rest.
 """
 
 from collections.abc import Iterator
@@ -155,7 +154,6 @@ class SpaceTimeFamily(Printed):
     """Programs of any duration, and their shared data.
 
     Attributes:
-        obstacles: The margins from dynamic obstacles, if any.
         end: Where the motion comes to rest, shape (n,) [rad | m].
     """
 
@@ -175,11 +173,9 @@ class SpaceTimeFamily(Printed):
         return shortest_duration(limits, start, self.end)
 
     def ends_clear(self, duration: float) -> bool:
-        """Return whether no dynamic obstacle is in the way at the end of a motion of a duration [s]."""
         return self.obstacles is None or bool((self._spare_after(self.obstacles, duration) >= 0.0).all())
 
     def _spare_after(self, obstacles: ObstacleMargins, duration: float) -> Floats:
-        """Return the excess of pairs over the requirement while the robot stays at the end, (p,) [m]."""
         return obstacles.spare_staying(self.end, duration, self.base.problem.dwell)
 
     def lasting(self, duration: float) -> "SpaceTimeNlp":
@@ -234,7 +230,6 @@ class SpaceTimeFamily(Printed):
             yield constraint(residual, lower=-share, upper=share, tolerance=TOLERANCE)
 
     def _torque(self, duration: float) -> Constraint:
-        """Return the limits of torque at the breaks, between which the acceleration is linear."""
         assert self.dynamics is not None
         moments, stencils = self.basis.breaks, self.basis.at_breaks
         weights = np.stack([at.weight / duration**order for order, at in enumerate(stencils)])
@@ -261,7 +256,6 @@ class SpaceTimeNlp(BsplineNlp):
 
     Attributes:
         duration: Of the motion [s].
-        obstacles: The margins from dynamic obstacles; None if there are none.
     """
 
     duration: float
@@ -283,12 +277,10 @@ class SpaceTimeNlp(BsplineNlp):
         return MotionInTime(*fields, parameters * self.duration)
 
     def decode(self, x: Floats) -> Path:
-        """Return a path through points of the spline: few are enough, since nothing is timed along it."""
         points = self.motion(x, self.sampling(x, fine=False)).positions
         return Path(self.problem.reduced.joint_names, readonly(points))
 
     def trajectory(self, x: Floats) -> Trajectory:
-        """Return the motion: its states at the breaks, which determine a cubic."""
         duration = self.duration
         position, speed, bend = (stencils(x) for stencils in self.basis.at_breaks)
         return Trajectory(

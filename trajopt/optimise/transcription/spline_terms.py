@@ -61,7 +61,6 @@ class SplineTorque(Printed):
         dynamics: With the payload; its owner's, so one per thread.
         support: The control points that each moment depends on, shape (s, k).
         weights: Their factors in position, velocity and acceleration there, shape (3, s, k).
-        effort: Limits, shape (n,) [Nm | N]; inf for none.
         listed: Share from which a torque gets a row.
         place: Of each moment along the motion, in knots of a polyline, shape (s,).
     """

@@ -260,7 +260,6 @@ def _rounded(begin: Floats, corner: Floats, end: Floats) -> Floats:
 
 
 def _arc(begin: Placement, end: Placement, centre: Floats, normal: Floats) -> Curve:
-    """Return the arc that turns about a normal, from begin to end."""
     from scipy.spatial.transform import Rotation
 
     axis = normal / np.linalg.norm(normal)
@@ -282,7 +281,6 @@ def _arc(begin: Placement, end: Placement, centre: Floats, normal: Floats) -> Cu
 
 
 def cross(first: Floats, second: Floats) -> Floats:
-    """Return the cross product of two vectors, shape (3,)."""
     return np.array(np.cross(first, second), dtype=np.float64)
 
 

@@ -27,9 +27,7 @@ class Executed:
 
     Attributes:
         rollouts: The simulated motion, then each correction move.
-        errors: Error of the frame at the end of each.
-        moves: The correction moves; the last one may have failed.
-        reached: Whether the last error is within the tolerances.
+        errors: Error of the frame at the end of each. The last correction may have failed.
     """
 
     rollouts: tuple[Rollout, ...]
@@ -48,11 +46,8 @@ def execute(
 ) -> Executed:
     """Execute a motion along a curve in simulation, and correct its end if the error is too large.
 
-    A correction move is the straight line from the actual to the required pose, followed like any curve.
-
-    Args:
-        position_tolerance: Accepted position error at the end [m].
-        rotation_tolerance: Accepted rotation error at the end [rad].
+    A correction move is the straight line from the actual to the required pose, followed like any curve. The
+    tolerances are in [m] and [rad].
 
     Raises:
         ProblemError: If there is no verified motion.
@@ -97,7 +92,6 @@ def execute(
 
 
 def _later(scene: Scene, time: float) -> Scene:
-    """Return the scene of a motion that starts some time after the first [s]."""
     return scene.at(time) if scene.changing else scene
 
 

@@ -58,8 +58,6 @@ class FollowOptions:
     """Options of `follow`.
 
     Attributes:
-        begin: Choice of the first configuration.
-        avoid: Reaction to an obstacle on the curve.
         tube: With `Avoid.DEVIATE`, largest distance of the frame from the curve [m].
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
@@ -76,11 +74,6 @@ class FollowOptions:
     branches: int = 16
 
     def __post_init__(self) -> None:
-        """Refuse options that contradict each other.
-
-        Raises:
-            ProblemError: If a tube is missing, or given without `Avoid.DEVIATE`, or there are no branches.
-        """
         radius = number("tube", self.tube)
         if (self.avoid is Avoid.DEVIATE) != (radius > 0.0):
             raise ProblemError(
@@ -128,11 +121,9 @@ def follow(
         start: Name of a state, joint -> position [rad | m], or positions of all joints. With
             `Begin.ANY_BRANCH` it only determines the joints outside the group, and the preferred branch.
         group: May be omitted if the robot has only one.
-        options: First configuration, reaction to obstacles, speeds.
         rng: Draws postures and starts of searches; a fixed seed if None, for reproducible results.
         budget: Time and work; `attempts`, `workers` and `improve` do not apply.
         cancel: Set it from another thread to stop.
-        progress: Called at every stage and every step of the solver.
         degrees: Whether angles in `start` are in degrees.
 
     Returns:
@@ -168,8 +159,6 @@ def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) ->
 
 @dataclass(eq=False)
 class _Following:
-    """The run of `follow` for one curve."""
-
     problem: Problem
     required: FollowsCurve
     options: FollowOptions
@@ -392,7 +381,6 @@ def _joined(motions: Sequence[Trajectory]) -> Trajectory:
 
 
 def _columns(motion: Trajectory) -> Floats:
-    """Positions, velocities and accelerations of a retimed motion, shape (3, k, n)."""
     assert motion.velocities is not None
     assert motion.accelerations is not None
     return np.stack((motion.positions, motion.velocities, motion.accelerations))

@@ -1,7 +1,4 @@
-"""The whole line as one program: all knots together, held on the curve, short, smooth and clear.
-
-The redundancy is resolved for the whole line. With a tube, the distance from the curve is penalised.
-"""
+"""The whole line as one program: all knots together, held on the curve, short, smooth and clear."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -76,7 +73,6 @@ def on_the_curve(
 def in_a_tube(
     problem: Problem, required: FollowsCurve, tube: float, seed: CurveTrack, tracker: BudgetTracker
 ) -> SolveResult:
-    """Plan the whole line inside a tube [m] around the curve, as near to the curve as possible."""
     error = CurveError(problem.reduced, required, seed.stations)
     bound = within(required, HELD)
     bound[:POSITION_ROWS] = np.inf
@@ -158,7 +154,6 @@ def _detour(on_curve: OnCurve, knots: CurveTrack) -> Detour:
 
 
 def _seeds(on_curve: OnCurve, starts: Floats, tube: float) -> Iterator[CurveTrack]:
-    """Track the curve and bent ones, ignoring obstacles."""
     required = on_curve.required
     stations = knot_stations(required)
     bent = [
@@ -179,7 +174,6 @@ def _seeds(on_curve: OnCurve, starts: Floats, tube: float) -> Iterator[CurveTrac
 
 
 def _bent_curves(curve: Curve, until: float, far: float) -> Iterator[Curve]:
-    """Bend a curve to several sides across its chord, most in the middle and not at its ends."""
     share = np.linspace(0.0, 1.0, POSES)
     places = curve(share * until)
     rates = np.gradient(places.translation, axis=0)

@@ -85,7 +85,6 @@ def raster(
 
 
 def _grown(mesh: Mesh, face: int, bend: float) -> Ints:
-    """Return the triangles that are connected with one over edges that bend less."""
     triangles = mesh.triangles
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
@@ -109,7 +108,6 @@ def _grown(mesh: Mesh, face: int, bend: float) -> Ints:
 
 
 def _axes(corners: Floats, normals: Floats, along: ArrayLike | None) -> tuple[Floats, Floats]:
-    """Return the direction of the rows and that across them, both in the mean plane of a face."""
     normal = normals.mean(axis=0)
     if along is None:
         direction = np.linalg.eigh(_second_moment(corners))[1][:, -1]
@@ -141,13 +139,7 @@ def _second_moment(corners: Floats) -> Floats:
 
 
 def _pieces(corners: Floats, normals: Floats, row: Floats, sides: Floats) -> Iterator[tuple[Floats, Floats]]:
-    """Yield the connected pieces of a row: points in order, shape (k, 3), and a normal at each.
-
-    Args:
-        corners: Of the triangles, shape (m, 3, 3) [m].
-        normals: Of the triangles, shape (m, 3).
-        sides: Distance of each corner from the plane of the row, shape (m, 3) [m].
-    """
+    """Yield the connected pieces of a row: points in order, shape (k, 3), and a normal at each."""
     segments: list[tuple[float, float, Floats, Floats, Floats]] = []
     for triangle, side, normal in zip(corners, sides, normals, strict=True):
         cut = _cut(triangle, side)
@@ -185,7 +177,6 @@ def _cut(triangle: Floats, side: Floats) -> Floats:
 
 
 def _poses(points: Floats, directions: Floats, row: Floats, margin: float) -> list[Placement]:
-    """Return the placements of a tool along a piece of a row, without its ends; empty if nothing is left."""
     places = points @ row
     begin, end = float(places[0]) + margin, float(places[-1]) - margin
     if end - begin <= MEETING:
@@ -218,7 +209,6 @@ def _bends(points: Floats, normals: Floats) -> Bools:
 
 
 def _into(point: Floats, normal: Floats, row: Floats) -> Placement:
-    """Return the placement of a tool whose z points into the surface and whose x goes along the row."""
     x = row - (row @ normal) * normal
     x = x / np.linalg.norm(x)
     axes = np.stack((x, np.cross(-normal, x), -normal), axis=1)

@@ -44,11 +44,9 @@ class Followed:
     """The followed part of a curve, and the motion.
 
     Attributes:
-        required: The whole curve, as required.
         fraction: Followed part of the required length; judged if there is a verified motion.
         stop: The reason for a stop; None if the whole curve is followed.
         around: The obstacle that the motion avoids inside the tube; None without one.
-        result: The motion over the followed part, as any planned motion.
     """
 
     required: FollowsCurve

@@ -48,7 +48,6 @@ class CurveSearch:
     rng: np.random.Generator
 
     def tracked(self, starts: Floats) -> Found:
-        """Track the curve from first configurations, shape (b, n), each without drift."""
         return self._best(track(self.on_curve, stations_of(self.on_curve), starts, _still(starts)))
 
     def looking_ahead(self, starts: Floats, tracked: Found) -> Found:
@@ -160,7 +159,6 @@ def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Flo
 
 
 def _at_beginning(on_curve: OnCurve) -> tuple[Requirement, ...]:
-    """Return the requirements at the beginning, in kinds that the search supports."""
     need = on_curve.required
     place = need.curve.placement(0.0)
     turned = need.rotation_tolerance if need.spin is None else np.inf
@@ -296,8 +294,6 @@ class Clear:
 
 @dataclass(frozen=True, eq=False)
 class _Blocked:
-    """The first sample at which a pair is too near, and its distance."""
-
     sample: int
     pair: int
     distance: float

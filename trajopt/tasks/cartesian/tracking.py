@@ -1,8 +1,4 @@
-"""Tracking of a curve from a first configuration: stepwise, without jumps, several branches in parallel.
-
-Redundant joints drift towards a posture; the result is the seed of the program that plans the whole line
-(`trajopt.tasks.cartesian.program`).
-"""
+"""Tracking of a curve from a first configuration: stepwise, without jumps, several branches in parallel."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -47,7 +43,6 @@ class Corrected:
 
     @property
     def held(self) -> Bools:
-        """Whether each error is accepted, shape (S,)."""
         return np.asarray(self.miss <= HELD, dtype=np.bool_)
 
 
@@ -55,7 +50,6 @@ class OnCurve:
     """Moves configurations to points of a curve with least joint motion.
 
     Attributes:
-        required: The curve and the frame that follows it.
         tracker: Ends the work when the budget is used up; unlimited if None.
     """
 
@@ -104,7 +98,6 @@ class OnCurve:
 
     @property
     def allowed(self) -> float:
-        """Largest error of the frame, rotations counted as lengths [m]."""
         return self.required.position_tolerance
 
     @property
@@ -120,13 +113,11 @@ class OnCurve:
         return value, jacobian
 
     def off(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
-        """Return distances [m] and angles [rad] from the curve at lengths (S,) along it, shape (S,)."""
         value, _ = self.errors(positions, s)
         turn = np.linalg.norm(value[:, 3:], axis=1) / self.turn_length
         return np.linalg.norm(value[:, :3], axis=1), turn
 
     def points(self, positions: Floats) -> Floats:
-        """Return the frame's point at configurations (S, n), in the reference, (S, 3) [m]."""
         need, motion = self.required, Motion.each(positions, self.query)
         return relative_frame(self.reduced, motion, need.frame, need.reference, need.offset).point
 
@@ -147,7 +138,6 @@ class OnCurve:
         return np.asarray(np.maximum(far, turned * self.turn_length), dtype=np.float64)
 
     def __call__(self, positions: Floats, s: Floats) -> Corrected:
-        """Move configurations (S, n) to lengths (S,) along the curve."""
         self.tracker.check(self.query.counts)
         limits = self.limits
         q = np.clip(positions, limits.lower, limits.upper)
@@ -181,19 +171,16 @@ class OnCurve:
         return wish - _damped(jacobian, moved)
 
     def free_direction(self, q: Floats, s: Floats) -> Floats:
-        """Return the joint direction that moves the frame least, shape (S, n), of length one."""
         _, jacobian = self.errors(q, s)
         return np.asarray(np.linalg.svd(jacobian)[2][:, -1], dtype=np.float64)
 
     def smallest_singular_value(self, q: Floats, s: Floats) -> Floats:
-        """Return the smallest singular value of the Jacobian, shape (S,) [m/rad]: 0 at a singularity."""
         _, jacobian = self.errors(q, s)
         sizes = np.asarray(np.linalg.svd(jacobian, compute_uv=False), dtype=np.float64)
         return sizes[:, min(self.rows, q.shape[1]) - 1]
 
 
 def _damped(jacobian: Floats, value: Floats) -> Floats:
-    """Solve J x = value with least norm, damped in nearly singular directions."""
     u, sizes, v = np.linalg.svd(jacobian, full_matrices=False)
     floor = SINGULAR * np.maximum(sizes[:, :1], 1e-12)
     gain = sizes / np.maximum(sizes**2, floor**2)
@@ -228,11 +215,9 @@ class CurveTrack:
 
     @property
     def reached(self) -> float:
-        """Its length along the curve [m]."""
         return float(self.stations[-1])
 
     def until(self, s: float) -> "CurveTrack":
-        """Return the part up to the last station within a length [m]."""
         kept = max(int(np.searchsorted(self.stations, s + 1e-12, side="right")), 1)
         return CurveTrack(self.stations[:kept], self.positions[:kept])
 

@@ -1,7 +1,4 @@
-"""Picking and placing: grasp, carry and release an object in one verified sequence.
-
-`trajopt.tasks.grasping.simulation` executes such a sequence in MuJoCo, where only friction holds the object.
-"""
+"""Picking and placing: grasp, carry and release an object in one verified sequence."""
 
 from trajopt.tasks.grasping.grasp import Grasp as Grasp
 from trajopt.tasks.grasping.grasp import GraspingOptions as GraspingOptions

@@ -253,11 +253,7 @@ def grasps_of(
 
 @singledispatch
 def grips(shape: Shape, reach: float) -> Iterator[tuple[float, Placement, str]]:
-    """Yield the pads' distance, their placement in the shape's frame (z approach, y closing), a name.
-
-    Args:
-        reach: Largest overlap of the pads' centres with the shape [m].
-    """
+    """Yield the pads' distance, their placement in the shape's frame (z approach, y closing), a name."""
     raise ModelError(f"no grasps are known of a {type(shape).__name__}; define them yourself")
 
 

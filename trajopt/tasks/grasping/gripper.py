@@ -144,7 +144,6 @@ class Gripper(Value):
         return found
 
     def _yield(self, width: float) -> Floats:
-        """Return m dq_i/d(opening) at an opening, shape (m,)."""
         place = int(np.clip(np.searchsorted(self.openings, width), 1, len(self.openings) - 1))
         rise = self.positions[place] - self.positions[place - 1]
         return len(self.joint_names) * rise / (self.openings[place] - self.openings[place - 1])
@@ -240,13 +239,7 @@ def arm_of(robot: Robot, gripper: Gripper) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Parted:
-    """Two fingers from closed to open.
-
-    Attributes:
-        openings: Distances between them, shape (k,) [m].
-        positions: Of the group at each, shape (k, m) [rad | m].
-        direction: From one to the other at the widest opening, shape (3,) in the world.
-    """
+    """Two fingers: openings (k,) [m], positions (k, m) [rad | m], and the world direction between."""
 
     openings: Floats
     positions: Floats
@@ -254,7 +247,6 @@ class _Parted:
 
 
 def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
-    """Measure the distance of two fingers over their range."""
     limits, robot = reduced.limits, reduced.scene.robot
     apart = reduce_model(reduced.scene.allow(*fingers, allowed=False), reduced.group, reduced.start)
     positions = limits.lower + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (limits.upper - limits.lower)

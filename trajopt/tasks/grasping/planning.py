@@ -56,17 +56,14 @@ def pick_and_place(
 
     Args:
         scene: Robot and objects; the object is at rest in it.
-        start: Configuration of the robot.
         grasps: In order of preference.
         places: In order of preference.
         group: May be omitted if the SRDF defines the parent of the hand.
         gripper: The gripper; that of the robot's SRDF if None.
         constraints: Path constraints while the object is in the hand, such as keeping it upright.
-        options: Speeds, tolerances, times.
         rng: Draws starts of the search; a fixed seed if None, for reproducible results.
         budget: Time and work for the whole sequence; its `attempts` are for each motion, 16 if None.
         cancel: Set it from another thread to stop.
-        progress: Called at every stage and every step of the solver.
         degrees: Whether angles in `start` are in degrees.
 
     Raises:
@@ -128,7 +125,6 @@ def place(
 
     Args:
         scene: Robot and objects; the object is attached to the hand.
-        start: Configuration of the robot, with its fingers at the object.
         opening: Of the fingers at release [m]; 2 cm more than at the start if None, or the largest possible.
 
     Raises:
@@ -167,7 +163,6 @@ def _job(
     *,
     degrees: bool,
 ) -> Callable[..., Task]:
-    """Check the arguments of a task except its stages."""
     robot = one_of("scene", scene, Scene).robot
     scene.object(one_of("name", name, str))
     arm = one_of("group", group, str) or arm_of(robot, hand_of(scene, gripper))

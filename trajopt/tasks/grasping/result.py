@@ -44,7 +44,6 @@ class Segment(PlannedSegment):
     """One motion of a pick and place, of the arm or of the fingers.
 
     Attributes:
-        result: The planning result, with the scene of this stage and the judge's certificate.
         rest: Rest at its end before the next motion [s].
     """
 
@@ -54,12 +53,10 @@ class Segment(PlannedSegment):
 
     @property
     def title(self) -> str:
-        """The names of its stages."""
         return self.stage.name
 
     @property
     def duration(self) -> float:
-        """Of motion and rest [s]."""
         return self.trajectory.duration + self.rest
 
 
@@ -67,9 +64,7 @@ class Timeline:
     """All joints over the whole sequence: arm, fingers and the rests between.
 
     Attributes:
-        segments: The motions, in order.
         begins: Start time of each, shape (number of segments,) [s].
-        duration: Of all [s].
     """
 
     def __init__(self, segments: Sequence[Segment]) -> None:
@@ -84,7 +79,6 @@ class Timeline:
         return max(int(np.searchsorted(self.begins, t, side="right")) - 1, 0)
 
     def __call__(self, t: float) -> Floats:
-        """Return positions of all joints at a time [s], clipped to the duration; shape (joints,)."""
         place = self.segment_at(t)
         return self.segments[place].positions(t - float(self.begins[place]))
 
@@ -136,7 +130,6 @@ class PickPlaceResult(MotionSequence[Segment]):
         place: The chosen place; None without one.
         segments: The motions, in order; empty if there is no solution.
         refusals: The rejected candidates with reasons, in the order of the search.
-        counts: Exact numbers of the work done.
         cpu_seconds: Process time of each stage of planning [s].
         stopped: The cause of an early end of planning; None without one.
     """

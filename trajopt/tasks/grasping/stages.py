@@ -37,7 +37,6 @@ class SetGripper(Value):
 
     Attributes:
         opening: Between the pads [m].
-        gripper: The gripper; that of the robot's SRDF if None.
     """
 
     opening: float
@@ -61,9 +60,7 @@ class PickObject(Value):
     """The gripper picks an object up: reach, approach, close and lift.
 
     Attributes:
-        object: The object, at rest in the scene.
-        grasps: Grasps in order of preference.
-        gripper: The gripper; that of the robot's SRDF if None.
+        grasps: In order of preference.
         constraints: Requirements while it is lifted.
     """
 
@@ -96,7 +93,6 @@ class PickObject(Value):
         return held | {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the ways by each grasp, configurations nearest to the present one first."""
         gripper = hand_of(state.scene, self.gripper)
         for given in self.grasps:
             lines = _blended(given.approach, search), _blended(given.lift, search)
@@ -156,14 +152,6 @@ class PickObject(Value):
         at: Floats,
         lifted: Floats,
     ) -> TaskState:
-        """Return the state after the pick.
-
-        Args:
-            held: The scene with the object in the hand.
-            before: Positions of all joints at the beginning of the approach [rad | m].
-            at: At the object, fingers open.
-            lifted: At the end of the lift.
-        """
         scene, tool, names = state.scene, gripper.tool, CandidateNames(grasp.name)
         opened = fingers(state, gripper, grasp.opening, f"{self.name}: open", names=names)
         line = along_line(scene, before, at, tool, search.options)
@@ -194,8 +182,7 @@ class PlaceObject(Value):
     """The gripper puts the object in its hand down: carry, lower, release and retreat.
 
     Attributes:
-        places: Places in order of preference.
-        gripper: The gripper; that of the robot's SRDF if None.
+        places: In order of preference.
         constraints: Requirements while it is carried and lowered.
         opening: Of the fingers at release [m]; that of the grasp if None, or 2 cm more than before the stage
             if the object was not grasped, or the largest possible.
@@ -237,7 +224,6 @@ class PlaceObject(Value):
         return held - {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the ways to each place, configurations nearest to the present one first."""
         gripper = hand_of(state.scene, self.gripper)
         assert not isinstance(self.places, Place)
         for given in self.places:
@@ -289,14 +275,6 @@ class PlaceObject(Value):
         rows: tuple[Floats, Floats, Floats, Floats],
         opening: float,
     ) -> TaskState:
-        """Return the state after the place.
-
-        Args:
-            scenes: With the object in the hand, allowed to touch its support; and with the object put down.
-            rows: Positions of all joints above the place, at it, there with open fingers, and after the
-                retreat [rad | m].
-            opening: Of the fingers at release [m].
-        """
         (lowering, put), (above, there, opened, away) = scenes, rows
         held, carried, options, tool = state.scene, tuple(self.constraints), search.options, gripper.tool
         handling = replace(_handling(state, self.object, gripper), place=place, placed=self.name)
@@ -323,12 +301,6 @@ class PlaceObject(Value):
 
 
 def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
-    """Return the scene in which an object in the hand may touch its supports at first.
-
-    Args:
-        held: The scene with the object in the hand.
-        seconds: Duration of the contact since the beginning of the motion [s].
-    """
     for support in supports:
         held = held.allow_contact(f"{name} stood on {support}", name, support, first=seconds)
     return held

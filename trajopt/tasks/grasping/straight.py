@@ -43,12 +43,7 @@ class LineTrack:
 
 
 def vector_of(straight: Straight, scene: Scene, positions: Floats, usual: Floats) -> Floats:
-    """Return the displacement of a straight motion in the world, shape (3,) [m].
-
-    Args:
-        positions: Of all joints at the contact with the object [rad | m].
-        usual: Its default direction in the world, shape (3,).
-    """
+    """Return the displacement of a straight motion in the world, shape (3,) [m]."""
     given = straight.unit
     direction = usual if given is None else scene.placement_of(straight.frame, positions).rotation @ given
     return straight.distance * direction

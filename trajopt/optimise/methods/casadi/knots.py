@@ -117,7 +117,6 @@ class CasadiKnotsProgram(NlpProgram[KnotsNlp]):
     staged: bool
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve on coarse samples, then on as many as the motion needs."""
         nlp, solver = self.nlp, self.solver
         knots = np.clip(seed, nlp.lower, nlp.upper)
         sampling = nlp.sampling(knots, fine=False)

@@ -1,8 +1,8 @@
 """Measured rows as a CasADi function with a sparse Jacobian.
 
 A CasADi program has a fixed number of rows, so measured rows fill slots: one for each component and sample of
-a permanent row, or a few for the rows nearest to their bound, in each segment and for each link. Empty slots
-have a value far from any bound. The Hessian of these rows is the Gauss-Newton approximation.
+a permanent row, or a few for the rows nearest to their bound, in each segment and for each link. The Hessian
+of these rows is the Gauss-Newton approximation.
 """
 
 from collections.abc import Sequence
@@ -144,7 +144,6 @@ class NearestRows:
 
 
 def links_of_pairs(reduced: ReducedModel) -> Ints:
-    """Return the joint of each pair's body that is farther from the base, shape (p,)."""
     joint = np.array([reduced.attachment(body.owner)[0] for body in reduced.bodies], dtype=np.int64)
     pairs = reduced.pairs
     return np.maximum(joint[pairs.first], joint[pairs.second])
@@ -160,7 +159,6 @@ class MeasuredRows(ca.Callback):
     """
 
     def __init__(self, ends: SegmentEnds, slots: Slots) -> None:
-        """Lay out the Jacobian: a slot depends on the ends of its segment."""
         super().__init__()
         self._ends, self._slots = ends, slots
         self.segment = slots.segment

@@ -62,13 +62,7 @@ class CasadiProgram:
 
 @dataclass(frozen=True, eq=False)
 class CasadiSolution:
-    """Result of a plugin.
-
-    Attributes:
-        status: In the terms of our own solvers.
-        x: The last point, shape (v,).
-        log: One entry for each iteration; empty if the plugin reports none.
-    """
+    """Result of a plugin. The log is empty if it reports no iterations."""
 
     status: SolverStatus
     said: str
@@ -82,7 +76,6 @@ class Nlpsol:
 
     Attributes:
         plugin: "ipopt", "fatrop" or "sqpmethod".
-        options: Passed to `casadi.nlpsol`.
         penalty: Weight of the excess of elastic functions over their bounds; 0 keeps all bounds hard.
         curvature: Whether the Hessian includes second derivatives of the functions. Fatrop always does.
     """
@@ -93,25 +86,12 @@ class Nlpsol:
     curvature: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse plugins that are not offered.
-
-        Raises:
-            SolverNotFound: If the plugin is another.
-        """
         if self.plugin not in QUIET:
             raise SolverNotFound("CasADi plugin", self.plugin, QUIET)
 
     def solve(
         self, program: CasadiProgram, x0: Floats, *, progress: Progress | None = None
     ) -> CasadiSolution:
-        """Minimise from a seed of shape (v,).
-
-        Args:
-            progress: Called after every iteration, if the plugin reports them.
-
-        Raises:
-            BackendFailed: If the plugin raised an error of its own.
-        """
         stretched = _Elastic(program, self.penalty)
         whole = stretched.program
         watcher = _Watcher(stretched, progress)
@@ -151,8 +131,6 @@ def _of_objective(program: CasadiProgram, plugin: str) -> ca.Function:
 
 
 class _Elastic:
-    """A program with a slack for every finite bound of an elastic function."""
-
     def __init__(self, given: CasadiProgram, penalty: float) -> None:
         self.given, self.penalty = given, penalty
         elastic = (
@@ -193,7 +171,6 @@ class _Elastic:
         return x[: len(self.given.lower)]
 
     def worth(self, x: Floats, objective: float, functions: Floats) -> tuple[float, float]:
-        """Return cost and L1 norm of the violations of the program without slacks."""
         slack = x[len(self.given.lower) :]
         real = functions.copy()
         np.subtract.at(real, self._rows, self._signs * slack)
@@ -202,8 +179,6 @@ class _Elastic:
 
 
 class _Watcher(ca.Callback):
-    """Notes every iteration of a plugin."""
-
     def __init__(self, of: _Elastic, progress: Progress | None) -> None:
         super().__init__()
         program = of.program

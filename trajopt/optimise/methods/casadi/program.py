@@ -88,7 +88,6 @@ class Plain:
     """The free knots are the variables, one after the other."""
 
     def __init__(self, lower: Floats, upper: Floats) -> None:
-        """Lay out the knots between bounds of shape (N, n); equal bounds fix a knot."""
         self._lower, self._upper = lower, upper
         self._moves: Bools = np.any(lower < upper, axis=1)
         joints = lower.shape[1]
@@ -132,12 +131,6 @@ class Staged:
     """
 
     def __init__(self, lower: Floats, upper: Floats, order: int) -> None:
-        """Lay the stages out.
-
-        Args:
-            lower: Bounds of the knots, shape (N, n); equal ones fix a knot.
-            order: Highest order of the differences in the costs, 1 to 3.
-        """
         self._lower, self._upper, self._order = lower, upper, order
         count, joints = lower.shape
         self._joints, self._width = joints, (order + 1) * joints
@@ -223,7 +216,6 @@ NEAR = (Clearance, SightClearance)
 
 
 def objection(residual: Residual, reduced: ReducedModel) -> str:
-    """Return the reason why a residual cannot be in a CasADi program; empty if it can."""
     if isinstance(residual, Exceeded):
         required = residual.required
         union = isinstance(required, PositionInRegion) and len(required.members) > 1
@@ -242,13 +234,7 @@ def requirement_objection(required: Requirement, reduced: ReducedModel) -> str:
 
 @dataclass(eq=False)
 class CasadiTranscription:
-    """A program over knots in CasADi's form, on fixed samples.
-
-    Attributes:
-        nlp: The same over knots, which evaluates the solution.
-        sampling: Samples per segment, shape (N - 1,).
-        callbacks: Measuring callbacks, kept alive with this object.
-    """
+    """A program over knots in CasADi's form, on fixed samples; `callbacks` are kept alive with it."""
 
     nlp: KnotsNlp
     layout: KnotLayout
@@ -264,7 +250,7 @@ class CasadiTranscription:
         return writer.program()
 
     def pack(self, program: CasadiProgram, knots: Floats) -> Floats:
-        """Return the variables for knots of shape (N, n); slacks of costs with a kink are 0."""
+        """Return the variables for knots; slacks of costs with a kink are 0."""
         x = self.layout.pack(knots)
         return np.concatenate((x, np.zeros(program.x.shape[0] - len(x))))
 
@@ -279,8 +265,6 @@ class CasadiTranscription:
 
 
 class _Writer:
-    """Collects rows, costs and slacks."""
-
     def __init__(self, given: CasadiTranscription) -> None:
         self._given, self._layout = given, given.layout
         nlp = given.nlp
@@ -300,7 +284,6 @@ class _Writer:
         self._elastic = [np.zeros(len(equal.stage), dtype=np.bool_)]
 
     def add_cost(self, cost: Cost) -> None:
-        """Add a cost; a loss with a kink gets a slack for each row."""
         order = ORDERS.get(type(cost.residual))
         if order is not None:
             first = np.arange(self._last + 1 - order)
@@ -333,7 +316,6 @@ class _Writer:
         self._add(value[rows.tolist()], np.tile(lower, count)[rows], np.tile(upper, count)[rows], stage[rows])
 
     def program(self) -> CasadiProgram:
-        """Put all together, the rows of each stage after those that close its gap."""
         lower, upper = self._layout.bounds
         slacks = sum(slack.shape[0] for slack in self._slacks)
         stages = np.concatenate(self._stages)
@@ -366,7 +348,6 @@ class _Writer:
         self._stages.append(stage)
 
     def _samples(self, window: Window, *, constrained: bool) -> Ints:
-        """Return the samples in a window; for a constraint those that can be moved."""
         inside = _inside(window, self._ends.place, self._last)
         return np.flatnonzero(inside & self._movable()) if constrained else np.flatnonzero(inside)
 
@@ -376,7 +357,6 @@ class _Writer:
         return (first & (fraction < 1.0)) | (second & (fraction > 0.0))
 
     def _column(self, residual: Residual, window: Window, *, constrained: bool = False) -> tuple[ca.MX, Ints]:
-        """Return a residual at the samples in a window, component by component, and each row's segment."""
         samples = self._samples(window, constrained=constrained)
         if not isinstance(residual, Symbolic):
             return self._at_every_sample(residual, samples)

@@ -13,7 +13,6 @@ from trajopt.optimise.solvers.qp.backend import QpStatus as QpStatus
 
 
 def qp_backend(name: str) -> QpBackend:
-    """Return a fresh backend by name, its answers checked; only its own package is imported."""
     if name in NATIVE:
         module, backend = NATIVE[name]
         return Checked(getattr(import_module(module), backend)())

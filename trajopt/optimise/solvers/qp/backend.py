@@ -147,11 +147,7 @@ def finite(bound: Floats) -> Floats:
 
 @dataclass(eq=False)
 class Checked:
-    """A backend whose answers are checked.
-
-    Attributes:
-        backend: Solves.
-    """
+    """A backend whose answers are checked."""
 
     backend: QpBackend
     _qp: Qp | None = field(default=None, init=False, repr=False)
@@ -165,7 +161,6 @@ class Checked:
         self._qp = qp
 
     def solve(self) -> QpSolution:
-        """Solve; a solution worse than it claims is called inaccurate, or failed."""
         if self._qp is None:
             raise SolverError("solve before setup")
         solution = self.backend.solve()

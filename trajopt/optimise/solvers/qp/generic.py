@@ -57,11 +57,7 @@ class Generic:
         return self._proximal(self._qp) if self.solver in STRICT else self._once(self._qp)
 
     def _proximal(self, qp: Qp) -> QpSolution:
-        """Solve a semidefinite program by the proximal point method.
-
-        x+ = argmin f(x) + w/2 |x - x-|^2 over the feasible set: strictly convex programs whose points
-        converge to a minimiser of f (Rockafellar, SIAM J. Control 14, 1976).
-        """
+        """Iterate x+ = argmin f(x) + w/2 |x - x-|^2 (Rockafellar, SIAM J. Control 14, 1976)."""
         size = len(qp.q)
         hessian = csc_matrix(qp.P + PROXIMAL_WEIGHT * eye(size, format="csc"))
         at: Floats = np.zeros(size)

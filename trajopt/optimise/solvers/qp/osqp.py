@@ -13,11 +13,7 @@ from trajopt.values.errors import SolverError
 
 @dataclass(eq=False)
 class Osqp:
-    """OSQP; bounds of variables become rows.
-
-    Attributes:
-        tolerance: Absolute and relative tolerance of the residuals.
-    """
+    """OSQP; bounds of variables become rows."""
 
     tolerance: float = 1e-5
     max_iterations: int = 20_000
@@ -35,7 +31,6 @@ class Osqp:
         )  # fmt: skip
 
     def update(self, qp: Qp) -> None:
-        """Take new values; the last solution is the warm start."""
         if self._solver is None:
             raise SolverError("Osqp.update before setup")
         matrix, lower, upper = self._stacked(qp)

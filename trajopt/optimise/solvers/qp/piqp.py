@@ -10,11 +10,7 @@ from trajopt.values.errors import SolverError
 
 @dataclass(eq=False)
 class Piqp:
-    """PIQP's sparse backend.
-
-    Attributes:
-        tolerance: Absolute and relative tolerance of residuals and duality gap.
-    """
+    """PIQP's sparse backend."""
 
     tolerance: float = 1e-6
     max_iterations: int = 100

@@ -49,14 +49,7 @@ class SymbolicKinematics:
         self._rotations, self._translations = tuple(rotations), tuple(translations)
 
     def rotation(self, frame: str, reference: str = WORLD) -> ca.SX:
-        """Return the rotation of a frame, seen from a reference, shape (3, 3).
-
-        Args:
-            reference: "world", link, tool frame or object; it may move.
-
-        Raises:
-            FrameNotFound: If a frame is unknown.
-        """
+        """Return the rotation of a frame, seen from a reference, shape (3, 3)."""
         mine = self._in_world(frame)[0]
         return mine if reference == WORLD else self._in_world(reference)[0].T @ mine
 
@@ -81,7 +74,6 @@ class SymbolicKinematics:
         return turned.T @ (point - base)
 
     def joint_point(self, joint: int, offset: Floats) -> ca.SX:
-        """Return a point carried by a joint, by its number, in the world, shape (3, 1) [m]."""
         return self._translations[joint] + self._rotations[joint] @ ca.SX(offset)
 
     def _in_world(self, frame: str) -> tuple[ca.SX, ca.SX]:
@@ -104,14 +96,9 @@ class Symbolic(Protocol):
     """
 
     def expression(self, kinematics: SymbolicKinematics) -> ca.SX:
-        """Return the components at the configuration `kinematics.q`, a column.
-
-        Args:
-            kinematics: Of the reduced model that the residual is of.
-        """
+        """Return the components at the configuration `kinematics.q`, a column."""
         ...
 
 
 def length(vector: ca.SX) -> ca.SX:
-    """Return the length of a vector; it has a slope also at zero."""
     return ca.sqrt(ca.fmax(ca.sumsqr(vector), SMALL))
