@@ -185,8 +185,8 @@ def tip_radius(model: ReducedModel) -> float:
 
 def test_a_steady_speed_is_a_share_of_a_limit() -> None:
     for wrong in (0.0, 1.0, -0.1):
-        with pytest.raises(ProblemError, match="steady is a share"):
+        with pytest.raises(ProblemError, match="steady is a drop"):
             to.tool_speed("tip", linear=1.0, steady=wrong)
-    with pytest.raises(ProblemError, match="steady is a share"):
+    with pytest.raises(ProblemError, match="steady is a drop"):
         to.tool_speed("tip", angular=1.0, steady=0.1)
     assert "steady within 10%" in repr(to.tool_speed("tip", linear=1.0, steady=0.1))

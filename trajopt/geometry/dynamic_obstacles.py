@@ -92,15 +92,15 @@ class DynamicObstacles(Printed):
         within: Floats | float = 0.0,
         until: float | None = None,
     ) -> ObstacleContacts:
-        """Measure the pairs that come nearer than the clearance to keep, less the error.
+        """Measure the pairs whose distance less its error may be below the clearance to keep.
 
         Args:
             positions: Of the group, shape (s, n) [rad | m].
             times: Shape (s,) [s].
             kept: Clearance that each pair keeps; -inf if it is not measured, shape (p,) [m].
             within: Pairs are measured if they are nearer than `kept` and this much more, (p,) or one [m].
-            until: Least time for whose errors the pairs are measured; calls with the same one are cheaper
-                [s]. The last of `times` when None.
+            until: Time, not before the last, whose error decides which pairs are measured; calls with the
+                same one are cheaper [s]. The last of `times` when None.
         """
         latest = float(times.max(initial=0.0)) if until is None else until
         reach = kept + self.pairs.error_at(latest, slice(None)) + within

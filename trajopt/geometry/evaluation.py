@@ -44,7 +44,7 @@ class JointPlacements(Value):
     Attributes:
         rotation: Of each joint frame (the world first), shape (S, J, 3, 3).
         translation: Shape (S, J, 3) [m].
-        jacobian: Spatial velocity at the world's origin (linear, angular) of each of the group's
+        jacobian: Spatial velocity at the world's origin (linear, angular) of each of the model's
             joints at unit speed, shape (S, 6, model joints).
     """
 

@@ -65,7 +65,7 @@ class Query:
         return contacts
 
     def displacement(self, start: Floats, end: Floats) -> Floats:
-        """Bound the distance of any point of a body from its place at other configurations.
+        """Bound how far any point of any body is displaced from start to end, shape (S,) [m].
 
         The bound |dc| + |dR|_F / sqrt(2) r holds for the chord between the two placements: c is the body's
         centre, r the radius of its bounding sphere.

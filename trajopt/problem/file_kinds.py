@@ -125,7 +125,7 @@ def _robot(value: Robot) -> None:
         raise ModelError(f"bodies of the robot refer to unknown links: {sorted(homeless)}")
     unknown = {name for group in value.groups.values() for name in group.joints} - set(names)
     if unknown:
-        raise ModelError(f"the groups of the robot name unknown joints: {sorted(unknown)}")
+        raise ModelError(f"the groups of the robot contain unknown joints: {sorted(unknown)}")
 
 
 def _scene(value: Scene) -> None:

@@ -98,7 +98,7 @@ def tool_speed(
         not 0.0 < steady < 1.0 or np.isinf(linear)
     ):
         raise ProblemError(
-            f"tool_speed({shown(frame)}): steady is a share in (0, 1) of a linear limit, "
-            f"is {steady:g} of {linear:g}"
+            f"tool_speed({shown(frame)}): steady is a drop in (0, 1) from a linear limit, "
+            f"is {steady:g} from {linear:g}"
         )
     return ToolSpeed(frame, float(linear), turning, floats("offset", offset, (3,)), float(steady))

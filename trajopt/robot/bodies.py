@@ -36,8 +36,8 @@ class MeshPolicy:
             that contain them. The inside of closed parts counts as contact; open parts have no inside.
         hull_excess: A mesh becomes its convex hull if that adds at most this share of volume
             and protrudes by at most twice the tolerance.
-        tolerance: A mesh is cut until its pieces protrude by at most this [m], a fifth more at test points,
-            and by half as much again between them; if the allowed work is exceeded, the note contains the
+        tolerance: A mesh is cut until its pieces protrude by about this [m]: at most 1.2 times at test
+            points, and 1.55 times anywhere; if the allowed work is exceeded, the note contains the
             protrusion.
     """
 
@@ -162,10 +162,10 @@ def convex_pieces(
 
     The mesh becomes its hull if that protrudes by at most `tolerance`, or adds at most `hull_excess` of
     volume and protrudes by at most twice the tolerance. Otherwise it is cut until no piece protrudes farther
-    than `tolerance`, a fifth more at test points of the hull, nor by half as much again between them, unless
-    `max_pieces` or the allowed work is exceeded; the work is counted, not timed. So a distance to the pieces
-    is at most the true one, and smaller by at most `reach`. Pieces may fill places that a ball of radius
-    `tolerance` cannot enter from outside. An open mesh is a thin sheet.
+    than 1.2 times `tolerance` at test points of the hull, and 1.55 times anywhere, unless `max_pieces` or the
+    allowed work is exceeded; the work is counted, not timed. So a distance to the pieces is at most the true
+    one, and smaller by at most `reach`. Pieces may fill places that a ball of radius `tolerance` cannot enter
+    from outside. An open mesh is a thin sheet.
 
     Args:
         mesh: Closed or open, of one or many parts, which may overlap.

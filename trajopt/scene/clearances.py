@@ -39,7 +39,7 @@ class Part(Enum):
 
 
 def kept(every: float, kinds: Mapping[PairKind, float], one: Part, other: Part) -> float:
-    """Return the distance of two bodies by their kind [m].
+    """Return the largest distance stated for a pair of this kind [m].
 
     Args:
         every: Default distance [m].

@@ -380,7 +380,7 @@ class ChangingPairs(Printed):
         return _of(timed)
 
     def error_at(self, time: Floats | float, pair: Ints | slice) -> Floats:
-        """Return the error of pairs at times [m]."""
+        """Bound the errors of the tracks of pairs at times [m]."""
         radius, velocity, acceleration = self.errors[pair].T
         return radius + velocity * time + acceleration * np.square(time) / 2.0
 

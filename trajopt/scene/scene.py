@@ -597,7 +597,7 @@ class Scene(Value):
         return held
 
     def detach(self, name: str, *, at: ConfigurationLike) -> Scene:
-        """Leave an object in the world at its place in a configuration, at time 0.
+        """Fix an object in the world at its place in a configuration, with moving carriers as at 0 s.
 
         Args:
             at: The configuration; the end of a plan is one.

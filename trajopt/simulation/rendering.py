@@ -128,7 +128,7 @@ def _check_sizes(width: int, height: int, fps: float, *, even: bool) -> None:
         raise ShapeError("fps", f"must be positive, is {fps:g}")
     for name, value in (("width", width), ("height", height)):
         if type(value) is not int or value <= 0 or (even and value % 2):
-            raise ShapeError(name, f"must be a positive integer, even for MP4; is {shown(value)}")
+            raise ShapeError(name, f"must be a positive integer, for MP4 an even one; is {shown(value)}")
 
 
 def _drawn(
@@ -138,7 +138,7 @@ def _drawn(
 ) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog | None, Path]:
     if isinstance(motion, Path | str):
         if path is not None:
-            raise ProblemError(f"render: path is given, so motion must be a motion; it is {shown(motion)}")
+            raise ProblemError(f"render: two files are given, motion={shown(motion)} and path")
         file = Path(motion)
         if isinstance(subject, Rollout | SequenceLog):
             return subject.reduced, subject, file

@@ -254,7 +254,7 @@ def timed_through(
         limits: Joint limits: velocities scale the path parameter, positions bound the corners.
 
     Returns:
-        The timing with the smallest largest joint distance from the knots, or a failed one.
+        The timing whose path comes nearest to the knots to pass, or a failed one.
     """
     corners, nearest, least = knots, time_path(knots), np.inf
     found = nearest

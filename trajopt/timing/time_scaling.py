@@ -149,13 +149,14 @@ class PathStop(Value):
 
 @dataclass(frozen=True, eq=False)
 class StopsAlong(Value):
-    """The earliest stops of a motion along its own path, tabulated on first use.
+    """Early stops of a motion along its own path, tabulated on first use.
 
     A braking motion follows the path while its clock rate r falls (`trajopt.timing.time_scaling`). Each step
-    takes the smallest slope w = r. that the limits allow. With w = 0 the acceleration limits always hold; so
-    no other feasible braking is shorter (Bobrow, Dubowsky and Gibson, "Time-optimal control of robotic
-    manipulators along specified paths", International Journal of Robotics Research 4, 1985). At the end w
-    rises within the jerk limits: w >= -sqrt(2 r w.), with the largest feasible w.
+    takes the smallest slope w = dr/dt that a share of the limits allows. With w = 0 the acceleration limits
+    always hold; so no other braking within the same share is shorter (Bobrow, Dubowsky and Gibson,
+    "Time-optimal control of robotic manipulators along specified paths", International Journal of Robotics
+    Research 4, 1985). At the end w rises within the jerk limits: w >= -sqrt(2 r dw/dt), with the largest
+    feasible slope of w.
 
     Attributes:
         trajectory: The motion; it ends at rest.

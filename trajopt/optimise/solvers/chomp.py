@@ -45,8 +45,8 @@ class Chomp:
     Attributes:
         after_feasible: Steps after the constraints hold, which may still lower the cost.
         learning_rate: Step along the covariant gradient.
-        weight_growth: Factor on it at every step from a point with a violated clearance.
-        step_limit: Largest change of a knot in a step, in ordinary steps.
+        weight_growth: Factor on it after each step to a point that is not feasible.
+        step_limit: Largest change of a knot in a step, in units of `Nlp.scale`.
     """
 
     max_iterations: int = 200

@@ -232,7 +232,7 @@ def check_joints(model: pin.Model) -> None:
                 limits = f"{lower:g} and {upper:g}"
                 raise ModelError(f"joint {shown(name)}: its position limits {limits} leave it no position")
         if not model.velocityLimit[joint.idx_v] >= 0.0:
-            raise ModelError(f"joint {shown(name)}: its velocity limit is not a positive number")
+            raise ModelError(f"joint {shown(name)}: its velocity limit is negative or not a number")
 
 
 def _points(owner: str, geometry: coal.ConvexBase) -> Shape:

@@ -8,7 +8,7 @@ import sys
 
 
 def bound(seconds: int, memory: int) -> None:
-    """Limit the CPU time [s] and the address space [bytes] of this process; does nothing on Windows."""
+    """Limit CPU time [s] and address space [bytes] of this process, and forbid it files; not on Windows."""
     try:
         import resource
     except ModuleNotFoundError:

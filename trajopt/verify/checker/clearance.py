@@ -2,7 +2,7 @@
 
 Over a leaf of length h a direction n that rests with the last joint that carries both parts separates them if
 at both ends min n.y - max n.x > |n| (c + u h^2 / 8), for points x of the first part and y of the second, if c
-is the clearance, and u bounds the accelerations of both as seen from that joint.
+is the clearance, and u the sum of bounds of the accelerations of both as seen from that joint.
 """
 
 from __future__ import annotations

@@ -100,7 +100,7 @@ def judge_clearance(motion: JudgedMotion, distances: PairDistances) -> Clearance
 def followed(
     motion: JudgedMotion, search: Findings, distances: PairDistances, pairs: Ints
 ) -> tuple[Contact, ...]:
-    """Follow contacts of m pairs, shape (m,), to their deepest point, the first returned more precisely."""
+    """Follow contacts of m pairs, shape (m,), to their deepest; the deepest comes first, more precisely."""
     mine = [contact for contact in search.deepest() if contact.pair in pairs]
     found = [_deepest(motion, search, distances, contact) for contact in mine[:_FOLLOWED]]
     for contact in found:

@@ -44,8 +44,7 @@ class EndCriterion(Criterion):
     """Start state, and velocities at both ends if the trajectory has velocities.
 
     Attributes:
-        specification: Zero or missing start accelerations are not judged, apart from jumps under a jerk
-            limit.
+        specification: Zero or missing start accelerations are not judged; jumps are, with the jerk limits.
     """
 
     motion: JudgedMotion

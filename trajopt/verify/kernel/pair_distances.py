@@ -187,7 +187,7 @@ class PairDistances:
         both = planes[self.first] & planes[self.second]
         if both.any():
             pair = int(both.argmax())
-            raise ModelError(f"half-spaces {self.pair_name(pair)} always intersect; allow their contact")
+            raise ModelError(f"half-spaces {self.pair_name(pair)} cannot be a pair; allow their contact")
         bodies = reduced.bodies
         self.present: Floats | None = None
         self.changing: Bools = np.zeros(len(self.first), dtype=np.bool_)
