@@ -72,7 +72,7 @@ RosOption = Annotated[Ros, typer.Option("--ros", help="ROS distribution to emula
 
 @dataclass(frozen=True)
 class RosbridgeFace:
-    """The rosbridge server of the options, with the secret in its address, if any."""
+    """Options of the rosbridge server; `token` is the secret in its address, if any."""
 
     host: str
     port: int

@@ -270,7 +270,7 @@ def _day(text: str, *, end: bool = False) -> datetime | None:
 
 @dataclass(frozen=True)
 class Given:
-    """The value on the command line."""
+    """Options that state an entry."""
 
     robot: str | None
     srdf: Path | None = None

@@ -48,7 +48,7 @@ def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
     moved = one_of("running", running, Trajectory).ordered(reduced.joint_names)
     moment = number("time", time)
     if moment < 0.0:
-        raise ShapeError("time", f"is on the running motion, which begins at 0 s; is {moment:g}")
+        raise ShapeError("time", f"must not be before the running motion, which begins at 0 s; is {moment:g}")
     rates = [
         _within(moved(moment, order), most)
         for order, most in ((1, limits.velocity), (2, limits.acceleration))

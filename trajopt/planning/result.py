@@ -95,7 +95,7 @@ class PlanArguments(Value):
         try:
             bits.state = dict(self.random)
         except (TypeError, ValueError, KeyError) as error:
-            raise ProblemError(f"the state of the random generator is none: {error}") from error
+            raise ProblemError(f"the state of the random generator is invalid: {error}") from error
         return np.random.Generator(bits)
 
     @property

@@ -114,7 +114,7 @@ class Task(Value):
         if one_of("budget", budget, Budget).improve:
             raise ProblemError(
                 "a task takes the first verified plan, so its budget cannot improve; "
-                "one that improves is for plan(problem)"
+                "use plan(task, improve=True), or Budget(improve=True) for a problem"
             )
         given, improves = unless_none("rng", rng, np.random.Generator), one_of("improve", improve, bool)
         tracker = BudgetTracker(budget, cancel, progress)

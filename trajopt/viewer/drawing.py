@@ -59,7 +59,7 @@ class Drawing:
         robot: bool = True,
         objects: bool = True,
     ) -> None:
-        """Draw everything at the start, below a root node if a page has several."""
+        """Draw all in the start posture, below a root node if a page has several drawings."""
         self._server = server
         self._reduced = reduced
         self._name = root

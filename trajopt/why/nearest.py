@@ -165,8 +165,9 @@ class NearestFree(Value):
 
     Attributes:
         positions: Of the group's joints, shape (n,) [rad | m].
-        moved: Difference of each joint from its required position, shape (n,) [rad | m].
-        given: Violation of the goal there [m and rad]; 0 for a goal of joint positions.
+        moved: Change of each joint from its required position, or for a searched goal from the start, shape
+            (n,) [rad | m].
+        given: Violation of the softened goal there [m and rad]; 0 for joint positions.
         clearance: Smallest distance there, by the judge [m]; inf without pairs.
     """
 
@@ -190,7 +191,7 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
 
     Args:
         positions: The configuration that is not free, shape (n,) [rad | m].
-        moment: The end of the motion, at which contact may be intended.
+        moment: The start or the end, at which some contact may be intended.
 
     Returns:
         The nearest one found, or None.

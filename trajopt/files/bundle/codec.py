@@ -166,7 +166,7 @@ _OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshRefe
 
 @cache
 def bundle_kinds() -> Kinds:
-    """Return the classes of bundles: of problems and of the arguments of planning."""
+    """Return the classes whose values bundles contain: of problems and of planning arguments."""
     return {
         **model_kinds(),
         **kinds_in(

@@ -128,7 +128,7 @@ class Campaign:
         return f"Campaign({self.name!r}, {len(self)} rows)"
 
     def tasks(self, packer: Packer) -> Iterator[CampaignTask]:
-        """Yield every row to be, reproducibly; shared values are packed."""
+        """Yield the task of each future row, always in the same way; shared values are packed."""
         stood = {name: each for name, each in versions().items() if name not in SYSTEM}
         ways = [each.as_dict() for each in self.options]
         for source in self.sources:

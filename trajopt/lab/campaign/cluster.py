@@ -130,7 +130,7 @@ class RayPool:
         if self._free or self._busy:
             self._alive = now
         if now - self._alive > PATIENCE:
-            raise CampaignError(f"no machine of the cluster had a core to plan on for {PATIENCE:g} s")
+            raise CampaignError(f"no machine of the cluster had a free core for {PATIENCE:g} s")
         if now - self._looked < LOOK:
             return
         self._looked, self._cores = now, int(self._ray.cluster_resources().get("CPU", 0))

@@ -84,7 +84,7 @@ class Dataset(Value):
 
 @checked
 def dataset(folder: CampaignFolder, points: int = 64) -> Dataset:
-    """Return the verified motions of a campaign, of the same joints, in the order of their ids."""
+    """Return the verified motions of a campaign, ordered by id; all must have the same joints."""
     if points < 2:
         raise ShapeError("points", f"must be at least 2, is {points}")
     found: list[tuple[str, str, str, Floats, Floats, float, float]] = []

@@ -141,7 +141,7 @@ def radius_for(sensing: Sensing, *, largest: float, noise: float, gap: float) ->
     """Return the radius of balls about the centres of cells.
 
     Args:
-        largest: Bound of coordinates in the sensor's frame and relative to the first cell [m].
+        largest: Largest coordinate in the computation, for its rounding errors [m].
         noise: Largest error of a measured point [m].
         gap: Largest distance of a surface point from the next measured point [m].
     """

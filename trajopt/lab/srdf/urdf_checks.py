@@ -42,7 +42,7 @@ class Severity(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """Something odd."""
+    """An oddity of a URDF."""
 
     severity: Severity
     subject: str

@@ -42,7 +42,7 @@ class _Direction:
 
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """A point of a joint's frame near a point, or in one of several shapes, of another joint's frame."""
+    """A point of a joint's frame within a radius of a point of another joint's frame."""
 
     point: Floats
     centre: Floats

@@ -237,7 +237,7 @@ class Chain:
         return [int(each) for each in self._reduced.model.supports[joint]][1:]
 
     def longest(self, first: int, joint: int, point: Floats) -> float:
-        """Bound the distance of a point, in the frame of `joint` [m], from the origin of an outer joint."""
+        """Bound the distance [m] of a point, in the frame of `joint`, from `first`, nearer to the base."""
         chain = self.joints(joint)
         after = chain[chain.index(first) + 1 :]
         between = sum(self._offset[each - 1] + self._slide[each - 1] for each in after)

@@ -124,7 +124,7 @@ class Occupancy:
         return found.sample[near], found.pair[near], -found.least_spare[near]
 
     def is_met(self, positions: Floats, time: float, which: Bools) -> bool:
-        """Prove that one of some pairs is too near at a configuration (n,) at a time [s]."""
+        """Return whether a pair is proven too near at a configuration (n,) at a time [s]."""
         known, times = self._pairs, np.array((time,))
         _, pair, _ = self.too_near(positions[None], times, which)
         # At the very moments at which something appears or expires contact is accepted.

@@ -291,7 +291,7 @@ class FollowingMotion:
     def of(
         frame: FollowingFrame, at_meeting: Floats, meeting: float, begin: float, end: float
     ) -> "FollowingMotion | None":
-        """Return the motion from `begin` to `end`, the meeting or later [s]; None if nothing follows.
+        """Return the motion from `begin` to `end` >= `meeting` [s]; None if the arm cannot follow.
 
         Args:
             at_meeting: The group's positions at the meeting, shape (n,) [rad | m].

@@ -185,7 +185,7 @@ class _TouchingPoint:
         reach[blocked.pair] = pairs.margin[blocked.pair] + QUERY_DISTANCE
         found = query.close_pairs(positions[None, :], reach)
         if not len(found.pair):
-            raise NoSeed("what blocked is no longer near")
+            raise NoSeed("the blocking pair is not close")
         first, second = (
             reduced.bodies[int(side[blocked.pair])].joint for side in (pairs.first, pairs.second)
         )

@@ -96,7 +96,7 @@ class PlanningSceneInterface:
         size: Three = (1, 1, 1),
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Attach a mesh file, or an existing object if no pose is given."""
+        """Attach a mesh file; without a pose or a file an existing object."""
         made = self.make_mesh(name, pose, filename, size) if pose is not None and filename else name
         self.attach_object(made, link, touch_links)
 

@@ -130,7 +130,7 @@ class Fragments:
         """Store a fragment; return the whole message once it is complete."""
         name, total = fragment.id, fragment.total
         if not 0 < total <= PIECES or not 0 <= fragment.num < total:
-            raise Unusable(f"fragment {fragment.num} of {total}: of 1 to {PIECES} pieces, counted from 0")
+            raise Unusable(f"fragment {fragment.num} of {total}: needs 1 to {PIECES} pieces, counted from 0")
         parts = self._parts.setdefault(name, _Parts(total))
         size = self._size + len(fragment.data) - len(parts.pieces.get(fragment.num, ""))
         if parts.total != total or len(self._parts) > MESSAGES or size > self._largest:

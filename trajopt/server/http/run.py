@@ -163,7 +163,7 @@ class Connection(asyncio.Protocol):
         self._taken_in_time()
 
     def resume_writing(self) -> None:
-        """Go on: it has taken some."""
+        """End the time-out: the client has read."""
         self._taken()
         self._inner.resume_writing()
 

@@ -26,7 +26,7 @@ LET_GO = 0.02
 """Default opening of the fingers at release, in addition to the opening before [m]."""
 STILL = 1e-6
 """Fingers nearer than this to their opening are not moved [rad | m]."""
-MET = "only what stands is picked and placed: meet it by plan, with a goal whose reference it is"
+MET = "pick and place need an object at rest; reach it by plan, with a goal relative to it"
 """Remedy for dynamic obstacles."""
 
 

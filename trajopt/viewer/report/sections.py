@@ -323,7 +323,7 @@ def plot(chart: Chart) -> str:
 
 
 def strips(bindings: Sequence[Binding], end: float) -> str:
-    """Return when each limit binds until the end [s], a strip each, in SVG."""
+    """Return an SVG of strips, one for each limit: when it binds, from 0 to `end` [s]."""
     height = TOP + STRIP * len(bindings) + BOTTOM
     left, right = NAMES, WIDTH - RIGHT
 
