@@ -148,7 +148,10 @@ class BundleReader(Reader):
         return {key: self._tree(node[key]) for key in node.value}
 
 
-_ASKED = {"trajopt.tasks.grasping.grasp": "Straight Grasp Place", "trajopt.tasks.grasping.gripper": "Gripper"}
+_OF_REQUESTS = {
+    "trajopt.tasks.grasping.grasp": "Straight Grasp Place",
+    "trajopt.tasks.grasping.gripper": "Gripper",
+}
 _ANSWERED = {
     "trajopt.planning.budget": "Stop",
     "trajopt.planning.status": "Status Certainty",
@@ -187,12 +190,12 @@ def bundle_kinds() -> Kinds:
 def request_kinds() -> Kinds:
     """Return the classes of requests to a server: of bundles without robots, and grasps and places."""
     there = {name: kind for name, kind in bundle_kinds().items() if name not in _OF_ROBOTS}
-    return {**there, **kinds_in(_ASKED)}
+    return {**there, **kinds_in(_OF_REQUESTS)}
 
 
 @cache
 def all_kinds() -> Kinds:
-    return {**bundle_kinds(), **kinds_in({**_ASKED, **_ANSWERED})}
+    return {**bundle_kinds(), **kinds_in({**_OF_REQUESTS, **_ANSWERED})}
 
 
 def _digest(path: Path) -> str:

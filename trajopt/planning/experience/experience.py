@@ -209,11 +209,11 @@ FAR = 0.3
 [rad | m], plus that of a number of the goal, plus the mean distance of the objects [m]. A metre counts as a
 radian: an arm of a metre moves its hand by as much. Beyond the width of an arm a free path is little use.
 """
-ANEW = FAR / 2.0
+SAME = FAR / 2.0
 """A motion from a nearer memory is not remembered: that memory suffices."""
 FORGIVEN = 3
 """Consecutive failures after which a memory is forgotten: the obstacle in its way is permanent."""
-LOOKED_AT = 8
+COMPARED = 8
 """Memories, nearest in start and goal, whose scenes are compared."""
 
 
@@ -323,7 +323,7 @@ class Experience:
         with self._lock:
             self._look()
             near = _nearest(self._groups, problem)
-            if near is not None and near[0] <= ANEW:
+            if near is not None and near[0] <= SAME:
                 return False
             new = _memory(problem, with_knots(points, problem.knots))
             self._change(new, (), self._in_excess(()))
@@ -352,7 +352,7 @@ class Experience:
             return None
         if won:
             near = _nearest(self._groups, result.problem)
-            if near is not None and near[0] <= ANEW:
+            if near is not None and near[0] <= SAME:
                 return None
         return _memory(result.problem, result.path.knots)
 
@@ -405,7 +405,7 @@ def _nearest(groups: Mapping[str, _Group], problem: Problem) -> tuple[float, int
 
 def _near(group: _Group, like: Likeness) -> list[tuple[float, int]]:
     apart = _largest(group.starts - like.start) + _largest(group.goals - like.goal)
-    first = [int(place) for place in np.argsort(apart, kind="stable")[:LOOKED_AT] if apart[place] <= FAR]
+    first = [int(place) for place in np.argsort(apart, kind="stable")[:COMPARED] if apart[place] <= FAR]
     whole = [
         (float(apart[place]) + scenes_apart(group.scenes[place], like.scene), group.numbers[place])
         for place in first
