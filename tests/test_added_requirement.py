@@ -117,7 +117,7 @@ def test_it_is_read_from_a_request(package: ModuleType, tmp_path: Path) -> None:
     assert isinstance(required, package.StaysBehind) and required.most == WALL
 
 
-def test_a_kind_without_a_term_or_a_check_is_an_error_that_says_so() -> None:
+def test_error_for_an_unregistered_requirement_names_the_entry_point() -> None:
     class Unknown(Requirement):
         pass
 

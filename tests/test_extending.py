@@ -33,7 +33,7 @@ def test_the_pages_code_runs() -> None:
         exec(compile(block, f"{PAGE.name}, block {number + 1}", "exec"), spoken)
 
 
-def test_a_package_adds_a_method_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_documented_entry_point_adds_a_method(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (table,) = (text for text in blocks("toml") if "trajopt.methods" in text)
     group = re.search(r'entry-points."([^"]+)"', table)
     name, target = re.findall(r'^(\w+) = "(.*)"', table, flags=re.MULTILINE)[0]

@@ -53,7 +53,7 @@ def test_unreachable_goals_are_each_reported_with_a_reason(arm: to.Robot) -> Non
     assert "one" in result.message and "other" in result.message
 
 
-def test_work_is_that_of_all_goals(arm: to.Robot) -> None:
+def test_counts_and_cpu_time_include_all_goals(arm: to.Robot) -> None:
     scene = to.Scene(arm)
     scene = scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement(tip(scene, NEAR)))
     result = to.plan(problem(scene))
@@ -61,7 +61,7 @@ def test_work_is_that_of_all_goals(arm: to.Robot) -> None:
     assert set(result.cpu_seconds) >= {"examine", "optimise", "retime", "verify"}
 
 
-def test_what_is_no_goal_is_refused(arm: to.Robot) -> None:
+def test_invalid_goal_sets_are_refused(arm: to.Robot) -> None:
     with pytest.raises(ProblemError, match="at least one goal"):
         to.any_of({})
     with pytest.raises(ProblemError, match="goal 'odd' requires nothing"):

@@ -191,7 +191,7 @@ def test_tolerances_and_speeds_that_ask_something_are_not_warned_of() -> None:
 
 
 @pytest.mark.parametrize("shape", [to.Sphere(30), to.Box(30, 40, 50), to.Cylinder(radius=30, length=40)])
-def test_being_deep_inside_a_thing_asks_for_millimetres(shape: to.Box | to.Sphere | to.Cylinder) -> None:
+def test_deep_penetration_suggests_millimetres(shape: to.Box | to.Sphere | to.Cylinder) -> None:
     arm = to.load("ur5")
     scene = to.Scene(arm).add("part", shape, to.placement((0.5, 0, 0.2)))
     for start, goal in (({}, {"elbow_joint": 1.0}), ({"elbow_joint": 1.0}, AT)):
@@ -199,7 +199,7 @@ def test_being_deep_inside_a_thing_asks_for_millimetres(shape: to.Box | to.Spher
         assert "were millimetres meant? Lengths are in metres" in reason and " m inside part" in reason
 
 
-def test_a_little_inside_of_a_large_thing_asks_nothing() -> None:
+def test_shallow_penetration_of_a_large_object_suggests_nothing() -> None:
     wall = to.Scene(to.load("ur5")).add("wall", to.Box(0.2, 40, 40), to.placement((0.6, 0, 0)))
     reason = to.plan(to.Problem(scene=wall, group="manipulator", start={}, goal={"elbow_joint": 1.0})).reason
     assert " mm inside wall" in reason and "meant" not in reason
@@ -213,7 +213,7 @@ def test_a_little_inside_of_a_large_thing_asks_nothing() -> None:
         ((0.4, 0.0, 0.3), "a position alone; placement((x, y, z)) has the identity orientation"),
     ],
 )
-def test_a_goal_of_numbers_alone_says_how_numbers_are_given(goal: Any, said: str) -> None:
+def test_error_for_a_numeric_goal_lists_the_accepted_forms(goal: Any, said: str) -> None:
     with pytest.raises(to.TrajoptError, match=re.escape(said)):
         to.Problem(scene=to.Scene(to.load("ur5")), group="manipulator", start={}, goal=goal)
 
@@ -234,7 +234,7 @@ def test_directions_in_words(direction: tuple[float, ...], reference: str, words
     assert in_direction(np.array(direction, dtype=float), reference) == words
 
 
-def test_a_printed_problem_says_where_the_axes_of_a_goal_point() -> None:
+def test_a_printed_problem_describes_the_directions_of_the_goal_axes() -> None:
     scene = to.Scene(to.load("panda"))
 
     def printed(goal: Any) -> str:

@@ -18,11 +18,11 @@ def test_every_mistake_is_answered_by_its_error(heard: dict[str, tuple[str, str,
         assert kind == expected, code
 
 
-def test_messages_are_short_and_say_no_addresses(heard: dict[str, tuple[str, str, str]]) -> None:
+def test_messages_are_short_and_contain_no_addresses(heard: dict[str, tuple[str, str, str]]) -> None:
     for code, (_, _, message) in heard.items():
         assert 10 < len(message) <= LONGEST, f"{code}: {message}"
         assert "0x" not in message and "array(" not in message and "\n" not in message, f"{code}: {message}"
 
 
-def test_the_page_says_so() -> None:
+def test_the_page_is_up_to_date() -> None:
     assert PAGE.read_text() == page(), "python -m tests.mistakes writes it"

@@ -48,7 +48,7 @@ def test_turning_a_bar_takes_its_moment_of_inertia(tmp_path: Path) -> None:
     assert needed[0] == pytest.approx([5.0 * 1.0 * 0.5 + moment, 5.0 * 0.5**2 + moment])
 
 
-def test_attaching_says_or_keeps_the_mass(tmp_path: Path) -> None:
+def test_attaching_sets_or_keeps_the_mass(tmp_path: Path) -> None:
     scene = to.Scene(odd_arm(tmp_path)).add("cup", to.Sphere(0.05), to.placement((0.5, 0, 0)), mass=0.4)
     held = scene.attach("cup", "tip", placement=to.placement((0, 0, 0.1)))
     assert held.object("cup").mass == 0.4

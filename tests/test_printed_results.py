@@ -64,7 +64,7 @@ def test_printing_shows_no_arrays(values: dict[str, object]) -> None:
         assert "array(" not in str(value), name
 
 
-def test_a_result_says_how_it_ended(result: to.Result) -> None:
+def test_a_printed_result_reports_its_outcome(result: to.Result) -> None:
     plan = result.require()
     assert repr(result).startswith(
         f"Result({result.problem.name!r}, SOLVED, {plan.trajectory.duration:.3f} s"

@@ -77,7 +77,7 @@ def test_forms_of_render(result: to.Result, tmp_path: Path) -> None:
     [to.simulate, to.view, lambda result: to.render(result, "never.png")],
     ids=["simulate", "view", "render"],
 )
-def test_a_failure_says_why(failed: to.Result, call: Callable[[to.Result], object]) -> None:
+def test_planning_failure_reports_its_status(failed: to.Result, call: Callable[[to.Result], object]) -> None:
     with pytest.raises(PlanningFailed, match="GOAL_OUT_OF_LIMITS"):
         call(failed)
 
@@ -119,7 +119,7 @@ def test_the_start_of_a_problem_is_drawn_before_it_is_planned(result: to.Result,
 
 
 @pytest.mark.parametrize("call", [to.simulate, to.view, lambda what: to.render(what, "never.png")])
-def test_a_scene_and_a_problem_say_how_they_are_looked_at(
+def test_errors_for_a_scene_or_problem_suggest_how_to_view_it(
     result: to.Result, call: Callable[[object], object]
 ) -> None:
     with pytest.raises(ProblemError, match=r"to look at a scene: trajopt\.viewer\.live_view"):

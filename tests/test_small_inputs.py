@@ -35,7 +35,7 @@ REFUSED: dict[str, tuple[Callable[[to.Problem], object], type[Exception], str]] 
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_what_cannot_be_meant_is_refused(problem: to.Problem, name: str) -> None:
+def test_implausible_values_are_refused(problem: to.Problem, name: str) -> None:
     asked, error, words = REFUSED[name]
     with pytest.raises(error) as raised:
         asked(problem)

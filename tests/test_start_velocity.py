@@ -86,13 +86,13 @@ def test_the_judge_refuses_another_start() -> None:
 
 
 @pytest.mark.parametrize("method", ["sqp", "bspline", "ipopt"])
-def test_methods_that_start_from_rest_say_so(method: str) -> None:
+def test_methods_limited_to_a_start_at_rest_report_it(method: str) -> None:
     result = to.plan(moving(0.4), method=method_named(method))
     assert result.status is to.Status.METHOD_CANNOT and "rest" in result.message
     assert "free-duration" in result.message
 
 
-def test_where_no_method_can_it_says_so() -> None:
+def test_reports_a_moving_start_that_no_method_supports() -> None:
     early = Cost(Velocity(), window=Window(0.0, 0.5))
     result = to.plan(replace(moving(0.4), costs=(early,)))
     assert result.status is to.Status.METHOD_CANNOT
@@ -150,7 +150,7 @@ def test_a_start_that_no_braking_keeps_within_the_limits_is_named_and_proven(pla
     assert to.plan(replace(problem, start_velocity={"elbow": -2.0})).verified
 
 
-def test_the_least_travel_is_that_of_braking_hardest() -> None:
+def test_least_travel_matches_the_hardest_braking() -> None:
     """Against a fine integration of full jerk until the hardest deceleration, then that."""
     rng = np.random.default_rng(5)
     for _ in range(200):

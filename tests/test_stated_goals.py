@@ -151,7 +151,7 @@ def test_invalid_goals_are_refused_in_words(panda: to.Scene, goal: Any) -> None:
         problem(panda, goal=goal)
 
 
-def test_of_states_of_the_same_name_the_start_is_that_of_the_group(tmp_path: Path) -> None:
+def test_start_uses_the_named_state_of_its_own_group(tmp_path: Path) -> None:
     """Each group that `trajopt srdf` proposes has a state "home"; that of the first was all that counted."""
     home = '<group_state name="home" group="{0}">{1}</group_state>'
     first = '<joint name="elbow" value="0.1"/><joint name="pan" value="0.4"/>'

@@ -34,6 +34,6 @@ def test_no_type_is_decided_by_its_name() -> None:
     assert {name: lines for name, lines in found.items() if lines} == {}
 
 
-def test_the_test_sees_what_it_forbids() -> None:
+def test_the_check_finds_forbidden_comparisons() -> None:
     text = 'a.name == "clearance"\n"x" != check.name\nblock.name == Clearance.name\na.name == b.name\n'
     assert comparisons(ast.parse(text)) == [1, 2, 3]

@@ -35,7 +35,7 @@ def test_a_bundle_is_checked_and_exported_without_any_other_file(kept: Path) -> 
     assert done.returncode == 0 and json.loads(done.stdout)["files"] == []
 
 
-def test_a_bundle_says_all_itself(kept: Path) -> None:
+def test_check_refuses_a_robot_beside_a_bundle(kept: Path) -> None:
     done = trajopt("check", "--robot", "planar2", kept)
     assert done.returncode == 2 and "contains the whole problem" in done.stderr
 

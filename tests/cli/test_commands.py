@@ -338,7 +338,7 @@ def test_every_goal_of_a_request_is_compared(folder: Path) -> None:
     assert refused.returncode == 2 and "any_of" in refused.stderr
 
 
-def test_view_says_where_and_nothing_else(plan_file: Path) -> None:
+def test_view_with_json_prints_only_its_address(plan_file: Path) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     done = trajopt("view", plan_file, "--seconds", 0.1, "--port", 0, "--json")
     assert done.returncode == 0 and json.loads(done.stdout)["url"].startswith("http://127.0.0.1:")

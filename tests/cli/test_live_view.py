@@ -19,7 +19,7 @@ def test_a_page_to_plan_by_hand_is_served() -> None:
     assert done.returncode == 0 and json.loads(done.stdout)["url"].startswith("http://127.0.0.1:")
 
 
-def test_the_robot_stands_as_the_scene_has_it(tmp_path: Path) -> None:
+def test_view_takes_the_robot_state_from_the_scene(tmp_path: Path) -> None:
     robot = to.load("planar2")
     scene = to.Scene(robot).add("box", to.Box(0.1, 0.1, 0.1), to.placement((0.0, -1.5, 0.0)))
     write_scene(tmp_path / "scene.yaml", scene, robot.positions({"joint1": 0.3, "joint2": 0.2}))

@@ -32,7 +32,7 @@ def test_a_seed_that_is_none_is_refused(folder: Path) -> None:
     assert done.returncode == 2 and "takes a whole number" in done.stderr
 
 
-def test_a_run_is_shown_recorded_and_looked_at_again(folder: Path, tmp_path: Path) -> None:
+def test_a_run_is_shown_recorded_and_replayed(folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     record, port = tmp_path / "run.json", str(free_port())
     shown = ("--view", "--port", port, "--seconds", "0.1")
@@ -62,7 +62,7 @@ def test_a_recording_that_names_no_robot_needs_one(folder: Path, tmp_path: Path)
     assert seen.returncode == 2 and "give --robot" in seen.stderr
 
 
-def test_a_run_tells_mirrors_where_to_look(folder: Path, tmp_path: Path) -> None:
+def test_a_published_run_prints_the_mirror_command(folder: Path, tmp_path: Path) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     record, port = tmp_path / "run.json", free_port()
     done = trajopt("run", *common(folder), "--publish", port, "--record", record)

@@ -103,7 +103,7 @@ class Broken(IdealExecutor):
         raise OSError("the bus is off")
 
 
-def test_remote_executor_reports_errors_and_its_process_goes_on() -> None:
+def test_remote_executor_survives_and_reports_errors() -> None:
     ours, theirs = Pipe()
     arm, attended = Broken(("joint",), np.zeros(1)), list[bool]()
 

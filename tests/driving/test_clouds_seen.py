@@ -74,7 +74,7 @@ def test_older_cloud_does_not_replace_a_newer_one(problem: to.Problem) -> None:
     assert kinds(supervisor)[-1] is EventKind.REACHED
 
 
-def test_goes_on_when_the_cloud_in_the_way_disappears(problem: to.Problem) -> None:
+def test_robot_resumes_when_the_blocking_cloud_disappears(problem: to.Problem) -> None:
     columns = problem.scene.robot.index(problem.reduced.joint_names)
     end = np.array(problem.start_positions)
     end[columns] = to.plan(problem).require().trajectory.positions[-1]

@@ -139,7 +139,7 @@ def test_actions_that_are_not_numbers_stop_the_robot(panda: to.Robot, wrong: obj
     assert guarded.observe()["motor3.pos"] == pytest.approx(begin["motor3.pos"])
 
 
-def test_after_a_fault_another_guard_goes_on(panda: to.Robot) -> None:
+def test_a_new_guard_resumes_after_a_fault(panda: to.Robot) -> None:
     clock, arm, controller, executor = connected(panda)
     scene = to.Scene(panda)
     guarded = GuardedArm(controller, Guard(scene, GROUP, executor), fps=FPS)

@@ -91,7 +91,7 @@ def test_runs_are_deterministic() -> None:
     assert np.array_equal(first.measured.positions, second.measured.positions)
 
 
-def test_goes_on_when_an_object_is_moved_away() -> None:
+def test_robot_resumes_when_the_blocking_object_is_removed() -> None:
     """The gap is closed by a slab; it is moved away while the robot waits."""
     problem = named("cup_past_pillar")
     closed = problem.scene.add("slab", to.Box(0.5, 0.04, 1.2), to.placement((0.5, 0.12, 0.6)))

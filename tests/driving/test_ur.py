@@ -108,7 +108,7 @@ def test_a_supervisor_drives_a_ur5() -> None:
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_what_stops_the_arm_is_a_fault(state: dict[str, bool], words: str) -> None:
+def test_a_stopped_arm_is_reported_as_a_fault(state: dict[str, bool], words: str) -> None:
     clock, arm, executor = connected()
     clock.wait(0.1)
     sent = arm.servos.sent

@@ -85,7 +85,7 @@ def test_all_random_problems(first: int) -> None:
     assert solved >= SOLVED_SHARE * known
 
 
-def test_a_problem_comes_again() -> None:
+def test_the_same_number_reproduces_a_problem() -> None:
     for number in range(4):
         one, other = (scenario(number) for _ in range(2))
         assert (one.kind, one.arm) == (other.kind, other.arm)

@@ -99,7 +99,7 @@ def test_robots_are_of_all_kinds() -> None:
     assert any(arm.efforts for arm in arms) and any(arm.source.srdf for arm in arms)
 
 
-def test_a_problem_comes_again() -> None:
+def test_the_same_key_reproduces_a_problem() -> None:
     for family in ("mimic_chain", "closed_meshes", "conflicts", "tree_robots"):
         one, other = (case(family, 3) for _ in range(2))
         assert (one.start == other.start).all() and one.impossible == other.impossible
@@ -122,7 +122,7 @@ def planned() -> tuple[Case, to.Trajectory]:
     return drawn, to.plan(drawn.problem()).require().trajectory
 
 
-def test_own_kinematics_is_that_of_pinocchio() -> None:
+def test_own_kinematics_match_pinocchio() -> None:
     rng = np.random.default_rng(5)
     drawn = [any_robot(rng, tree=True, mimics=mimics) for mimics in (False, True, True)]
     for arm in (

@@ -18,7 +18,7 @@ def asked(scene: to.Scene, opened: float = 0.0) -> to.Problem:
     return to.Problem(scene=scene, group="panda_arm", start=start, goal={"panda_joint1": 0.4})
 
 
-def test_a_gap_is_that_of_the_formula() -> None:
+def test_gap_matches_the_closed_form() -> None:
     ball, at = to.Sphere(0.1), to.placement((0.5, 0.0, 0.0))
     assert gap(to.placement(), to.Box(0.2, 0.2, 0.2), at, ball) == pytest.approx(0.3)
     assert gap(to.placement((0.35, 0.0, 0.0)), to.Box(0.2, 0.2, 0.2), at, ball) == pytest.approx(-0.05)

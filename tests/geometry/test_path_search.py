@@ -126,7 +126,7 @@ def test_of_several_goals_one_that_can_be_reached_is(arm: to.Robot) -> None:
     assert found is not None and np.array_equal(found[-1], here)
 
 
-def test_a_seed_says_everything(arm: to.Robot) -> None:
+def test_the_seed_determines_the_search(arm: to.Robot) -> None:
     reduced = wall(arm, 0.3)
     (first, counted), (again, recounted) = (searched(reduced, START, GOAL[None], seed=5) for _ in range(2))
     assert first is not None and again is not None and np.array_equal(first, again)

@@ -89,7 +89,7 @@ def test_hostile_messages_are_refused_with_the_place(solved: Result, change: Cha
         value_of_message(Node(document, "message"), known, to.Scene)
 
 
-def test_no_more_is_read_than_a_request_may_hold() -> None:
+def test_messages_above_the_request_limits_are_refused() -> None:
     faces, rows = np.zeros((80, 3), np.int64), np.zeros((80, 7))
     for value, most in ((faces, {"triangles": 50}), (rows, {"rows": 50})):
         document = message_of(value, {})

@@ -50,7 +50,7 @@ def test_a_rate_that_divides_the_duration_makes_no_sliver(hz: float) -> None:
         assert len(steps) == round(3.3 * hz) and np.allclose(steps, 1.0 / hz)
 
 
-def test_a_motion_that_is_hardly_longer_than_its_steps_speeds_up_no_more() -> None:
+def test_resampling_just_above_whole_steps_keeps_the_acceleration() -> None:
     """Over a step of nanoseconds the rounding of positions alone would ask for any acceleration."""
     times = np.array((0.0, 1.0 + 3e-9))
     still = np.zeros((2, 1))

@@ -160,7 +160,7 @@ def test_options_that_the_controller_does_not_take(motion: to.Trajectory, tmp_pa
             make()
 
 
-def test_a_motion_that_stands_still_or_is_linear_has_a_program(tmp_path: Path) -> None:
+def test_constant_and_linear_motions_are_exported(tmp_path: Path) -> None:
     still = to.Trajectory(UR_JOINTS, np.array((0.0, 1.0)), np.array((START, START)))
     line = to.Trajectory(UR_JOINTS, np.array((0.0, 1.0)), np.array((START, END)))
     for name in ("urscript", "urscript-movej"):

@@ -75,7 +75,7 @@ WEDGE = ((0.0, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.8))
 
 
 @pytest.mark.parametrize("exact", [False, True])
-def test_scale_is_that_of_the_shapes(tmp_path: Path, exact: bool) -> None:
+def test_link_scale_scales_the_shapes(tmp_path: Path, exact: bool) -> None:
     corners = "".join(f"v {x} {y} {z}\n" for x, y, z in WEDGE)
     (tmp_path / "wedge.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     (tmp_path / "r.urdf").write_text(SHAPES)

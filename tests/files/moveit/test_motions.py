@@ -41,7 +41,7 @@ def written(folder: Path, text: str, name: str = "motions.yaml") -> Path:
     return folder / name
 
 
-def test_objects_move_appear_and_expire_as_the_file_says(scene: to.Scene, tmp_path: Path) -> None:
+def test_reads_motion_appearance_and_expiry_of_objects(scene: to.Scene, tmp_path: Path) -> None:
     moved = read_motions(written(tmp_path, MOTIONS), scene)
     assert moved.changing == ("box", "post")
     box, post = moved.objects["box"].timing, moved.objects["post"].timing
@@ -116,7 +116,7 @@ def test_a_goal_may_be_relative_to_a_moving_frame(scene: to.Scene, tmp_path: Pat
         ),
     ],
 )
-def test_files_that_say_nothing_sensible_are_refused_by_name(
+def test_error_for_an_invalid_motion_file_names_the_file(
     scene: to.Scene, tmp_path: Path, text: str, words: str
 ) -> None:
     with pytest.raises(FileFormatError, match=words.replace("[", r"\[")) as refused:

@@ -63,7 +63,7 @@ def test_variables_are_constrained_by_name(cart: Made, write: Write) -> None:
     assert to.plan(request.problem()).verified
 
 
-def test_a_base_that_does_not_move_stands_where_the_state_has_it(cart: Made, write: Write) -> None:
+def test_a_fixed_base_takes_its_placement_from_the_state(cart: Made, write: Write) -> None:
     robot = cart()
     assert robot.joint_names == ("shoulder", "elbow")
     (note,) = (note for note in robot.notes if "planar joint" in note)

@@ -158,7 +158,7 @@ def test_add_again_replaces(scene_of: Read) -> None:
     assert "replaces" in file.notes[0]
 
 
-def test_append_puts_shapes_where_the_message_says(scene_of: Read) -> None:
+def test_append_places_shapes_at_the_poses_of_the_message(scene_of: Read) -> None:
     file = scene_of(
         with_objects(
             f"{{id: a, {SPHERE}, pose: {{position: [1, 0, 0], orientation: [0, 0, 1, 0]}}}}, "

@@ -50,7 +50,7 @@ UNMET: dict[str, Callable[[Document], object]] = {
 
 
 @pytest.mark.parametrize("name", MADE_FALSE)
-def test_the_dense_check_refutes_what_is_false(name: str, sound: list[Proof]) -> None:
+def test_the_dense_check_refutes_false_statements(name: str, sound: list[Proof]) -> None:
     for proof in sound:
         assert list(refuted(proof.statement)) == []
         statement = copy.deepcopy(proof.statement)

@@ -69,7 +69,7 @@ def gone(pids: set[int]) -> bool:
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_campaign_ends_cleanly_and_goes_on(
+def test_an_interrupted_campaign_exits_cleanly_and_resumes(
     running: tuple["subprocess.Popen[str]", set[int]], tmp_path: Path, how: signal.Signals
 ) -> None:
     process, workers = running
@@ -85,7 +85,7 @@ def test_an_interrupted_campaign_ends_cleanly_and_goes_on(
     assert len(rows_of(resume_campaign(folder.path, Local(2)))) == 400
 
 
-def test_a_killed_campaign_leaves_no_process_and_goes_on(
+def test_a_killed_campaign_leaves_no_process_and_resumes(
     running: tuple["subprocess.Popen[str]", set[int]], tmp_path: Path
 ) -> None:
     process, workers = running

@@ -23,7 +23,7 @@ from trajopt.server.warehouse import Warehouse
 pytestmark = pytest.mark.timeout(200)
 
 
-def test_a_warehouse_remembers_what_a_campaign_planned(planned: CampaignFolder, tmp_path: Path) -> None:
+def test_a_warehouse_stores_the_plans_of_a_campaign(planned: CampaignFolder, tmp_path: Path) -> None:
     with Warehouse(tmp_path / "cell.warehouse") as kept:
         count = remember(planned, kept.experience())
         assert count == len(kept.experience()) == 12

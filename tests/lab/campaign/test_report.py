@@ -36,7 +36,7 @@ def planned_as(
     return folder
 
 
-def test_wilsons_interval_is_that_of_the_book() -> None:
+def test_wilson_interval_matches_published_values() -> None:
     found = share(8, 10)  # Brown, Cai and DasGupta, 2001: 0.490 to 0.943
     assert found.value == 0.8 and found.low == pytest.approx(0.490, abs=5e-4)
     assert found.high == pytest.approx(0.943, abs=5e-4)

@@ -130,7 +130,7 @@ def test_perturbing_by_nothing_changes_nothing(task: to.Problem, tmp_path: Path)
     assert same_motion(found, task)
 
 
-def test_the_base_stands_where_the_grid_has_it(scene: to.Scene, tmp_path: Path) -> None:
+def test_base_placements_follow_the_grid(scene: to.Scene, tmp_path: Path) -> None:
     task = to.Problem(scene=scene, start=[0.0, 0.4], goal={"joint1": 0.2}, name="reach")
     found = made(base_placements([task, task], x=(0.0, 0.1), y=(0.3,), yaw=(0.0, 1.0)), tmp_path)
     bases = [root_placement(each.scene.robot.model) for each in found[::2]]

@@ -48,7 +48,7 @@ def ids(worked: Worked) -> list[str]:
     return [row["id"] for row in worked.rows]
 
 
-def test_a_worker_goes_on_with_its_next_block_by_itself(scene: to.Scene, tmp_path: Path) -> None:
+def test_a_worker_starts_its_next_block_without_a_request(scene: to.Scene, tmp_path: Path) -> None:
     with watched([random_motions(scene, 2 * BUNCH + 2)], tmp_path) as (supervisor, tasks):
         supervisor.give(tasks[:2])
         supervisor.give(tasks[2:])
@@ -120,7 +120,7 @@ def test_only_the_hanging_problem_is_given_up_not_unreported_rows(
 
 
 @pytest.mark.parametrize(("seconds", "at_once"), [(1e9, [BUNCH, BUNCH, 3]), (-1.0, [1] * (2 * BUNCH + 3))])
-def test_a_worker_tells_rows_in_bunches_or_when_time_is_up(
+def test_a_worker_sends_rows_in_batches_or_after_a_timeout(
     scene: to.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float, at_once: list[int]
 ) -> None:
     monkeypatch.setattr("trajopt.lab.campaign.worker.BUNCH_SECONDS", seconds)

@@ -142,6 +142,6 @@ def test_a_plain_transform(tmp_path: Path) -> None:
         (BESIDE.replace("z: 0.8", "zz: 0.8"), r"translation\.z: must be a number, is missing"),
     ],
 )
-def test_what_is_missing_is_named(tmp_path: Path, text: str, said: str) -> None:
+def test_error_names_the_missing_or_invalid_field(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(FileFormatError, match=said):
         read_hand_eye(written(tmp_path, text))

@@ -45,7 +45,7 @@ def test_each_unit_is_reported_separately(required: Callable[[], to.Requirement]
     assert missed_at(problem.reduced, problem.goals, problem.reduced.start_positions) == said
 
 
-def test_a_curve_asks_nothing_of_one_configuration() -> None:
+def test_a_curve_does_not_constrain_a_single_configuration() -> None:
     """It has no place along the curve; before, 0 was divided by 0, with a RuntimeWarning in every plan."""
     curve = follows_curve("tool0", line(OFF, OFF * to.placement((0.1, 0, 0))))
     problem = to.Problem(scene=SCENE, group="manipulator", start=START, goal=START, constraints=[curve])
@@ -65,7 +65,7 @@ def test_the_largest_error_of_several_is_reported() -> None:
     assert words.startswith("0.112 m and 0.1"), words
 
 
-def test_out_of_reach_says_millimetres_and_degrees() -> None:
+def test_unreachable_goal_reports_position_and_rotation_errors() -> None:
     """A cup upright on the flange, too low for the forearm: its place and its turn are missed, and no sum."""
     here = to.placement((0.0, 0.0, 1.1), rpy=(0, 90, 0), degrees=True)
     goal = to.frame_placement("tool0", here, rotation_tolerance=0.01)

@@ -22,7 +22,7 @@ def test_requirements_are_held(panda: ReducedModel) -> None:
     assert all(validity(panda, q, requirements=[down]).valid for q in found.positions)
 
 
-def test_the_free_share_is_that_of_plain_draws(odd: ReducedModel) -> None:
+def test_colliding_share_matches_uniform_sampling(odd: ReducedModel) -> None:
     """The share that is left out is the share that the judge finds in contact, within chance."""
     found = random_configurations(odd, 4000, rng=np.random.default_rng(2), margin=0.0)
     share = found.colliding / found.drawn

@@ -88,7 +88,7 @@ def test_a_local_minimum_is_reported() -> None:
     assert not result.feasible and result.status is not SolverStatus.CONVERGED
 
 
-def test_what_cannot_be_is_said() -> None:
+def test_an_infeasible_problem_is_reported() -> None:
     result = Chomp(max_iterations=50).solve(PlaneNlp(band=0.05), straight())
     assert not result.feasible and result.status is not SolverStatus.CONVERGED
     assert result.violations()["clearance"] > 0.01

@@ -47,7 +47,7 @@ def test_tolerances_are_tolerances() -> None:
     assert knot_costs(at, 1.0).sum() == pytest.approx(at.cost)
 
 
-def test_what_cannot_be_is_said() -> None:
+def test_an_infeasible_problem_is_reported() -> None:
     result = Stomp(max_iterations=15).solve(PlaneNlp(band=0.05), straight())
     assert not result.feasible and result.status is SolverStatus.MAX_ITERATIONS
 

@@ -28,7 +28,7 @@ def problem(robot: to.Robot, **more: object) -> to.Problem:
     )
 
 
-def test_a_function_is_held_and_its_certificate_says_how(planar: to.Robot) -> None:
+def test_a_function_constraint_holds_and_is_certified(planar: to.Robot) -> None:
     """The elbow must be bent while the shoulder is half way: a bump that no built-in term has."""
 
     def bent(positions: Floats) -> float:

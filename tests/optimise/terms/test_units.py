@@ -17,7 +17,7 @@ NO_LENGTH_OR_ANGLE = {"JointSum", "GravityShare", "HoldingTorque", "SmallestSing
 """Residuals of weighted sums, shares and products."""
 
 
-def test_residuals_of_every_kind_say_their_unit() -> None:
+def test_residuals_of_every_kind_declare_their_units() -> None:
     classes = [kind for each in kinds() for kind in each.residuals]
     assert len(classes) >= 10
     for residual in classes:
@@ -54,5 +54,5 @@ def test_joints_are_missed_by_their_unit(scene: to.Scene) -> None:
     assert "joint positions by 49.9 mm" in words(scene, to.joint_positions({"reach": 0.05}))
 
 
-def test_a_residual_without_a_unit_says_the_number() -> None:
+def test_a_residual_without_units_has_an_empty_tuple() -> None:
     assert units_of(type("Mine", (), {"name": "mine"})()) == ()  # type: ignore[arg-type]

@@ -114,7 +114,7 @@ def test_the_stated_duration_is_the_least_that_holds_the_limits(tmp_path: Path) 
     assert nlp.spline.basis.at(nlp.spline.basis.breaks[1:-1])(x[:, :-1]) == pytest.approx(inner)
 
 
-def test_least_duration_of_one_joint_is_that_of_its_polynomial() -> None:
+def test_least_duration_of_one_joint_matches_its_polynomial() -> None:
     """q = 3 s^2 - 2 s^3: fastest in the middle, 1.5 / T; |q''| = 6 / T^2 at the ends, |q'''| = 12 / T^3."""
 
     def limits(velocity: float, acceleration: float, jerk: float) -> JointLimits:

@@ -80,7 +80,7 @@ def test_derivatives_are_those_of_small_steps(tmp_path: Path, *, moving: bool) -
             np.testing.assert_allclose(measured, slope, atol=2e-4 * max(1.0, np.abs(slope).max(initial=0.0)))
 
 
-def test_the_core_and_python_say_the_same(tmp_path: Path) -> None:
+def test_native_core_and_python_agree(tmp_path: Path) -> None:
     nlp, x = program(crossed(tmp_path), 1.6)
     sampling = nlp.sampling(x, fine=True)
     run = native_descent("auto", nlp, sampling, DescentLimits(5, 0.0, 0.0), None, Sqp().trust_region, 5.0)

@@ -70,7 +70,7 @@ def test_nothing_is_given_away_where_it_is_not_needed(planar_arm: to.Robot) -> N
     assert not isinstance(beyond, TaperedConstraint), "what is broken is no stop to go by"
 
 
-def test_of_a_wide_tolerance_no_more_is_kept_than_retiming_needs(planar_arm: to.Robot) -> None:
+def test_a_wide_tolerance_is_tightened_only_as_retiming_needs(planar_arm: to.Robot) -> None:
     """A straight line that holds a wide cone by 0.06 rad all the way is the motion."""
     wide = to.axis_alignment("hand", axis=(1, 0, 0), direction=(1, 0, 0), tolerance=2.5)
     problem = to.Problem(

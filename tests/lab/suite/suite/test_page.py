@@ -68,7 +68,7 @@ def test_failures_stand_open_and_the_rest_opens(page: "Page") -> None:
     assert page.get_by_text("1.250").is_visible()
 
 
-def test_says_how_each_ended(page: "Page") -> None:
+def test_page_shows_the_outcome_of_each_problem(page: "Page") -> None:
     assert page.get_by_text("no inverse kinematics, expected solved").is_visible()
     assert page.get_by_text("motion of 1.50 s, 12.3 mm clear").first.is_visible()
 
