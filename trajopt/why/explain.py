@@ -9,7 +9,7 @@ import numpy as np
 from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.terms import constrain
 from trajopt.optimise.terms.joint_positions import fixed_positions
-from trajopt.planning.infeasibility.inevitable import LONGEST, LOOK, InTime
+from trajopt.planning.infeasibility.inevitable import INTERVAL, LONGEST, InTime
 from trajopt.planning.infeasibility.reasons import Obstruction, ObstructionKind
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, Status
@@ -281,15 +281,15 @@ def changes_in_time(problem: Problem, blocks: Sequence[Obstruction]) -> list[Pro
 def begun_later(problem: Problem, first: float) -> ProblemChange | None:
     """Return the change to a later start; None if that cannot help, or the motions are unknown then."""
     timed, scene = problem.reduced.timed, problem.scene
-    if timed is None or timed.until <= 2.0 * LOOK or problem.finish_by is not None:
+    if timed is None or timed.until <= 2.0 * INTERVAL or problem.finish_by is not None:
         return None
-    largest = min(LONGEST, timed.until - LOOK)
-    looks: Floats = np.arange(0.0, largest, LOOK, dtype=np.float64)
-    start = np.tile(problem.reduced.start_positions, (len(looks), 1))
-    free = InTime(problem, timed, WorkCounts()).occupancy.free(start, looks)
+    largest = min(LONGEST, timed.until - INTERVAL)
+    moments: Floats = np.arange(0.0, largest, INTERVAL, dtype=np.float64)
+    start = np.tile(problem.reduced.start_positions, (len(moments), 1))
+    free = InTime(problem, timed, WorkCounts()).occupancy.free(start, moments)
 
     def words(amount: float) -> str:
-        swept = not free[looks <= amount].all()
+        swept = not free[moments <= amount].all()
         return f"start {in_unit(amount, 's')} later" + (", and be elsewhere before" if swept else "")
 
     return ProblemChange(

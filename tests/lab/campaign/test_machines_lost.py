@@ -122,7 +122,7 @@ class PlayedEngine:
 @pytest.fixture
 def begun(small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CampaignFolder:
     """The small campaign, of which nothing is planned; whoever plans it looks for machines all the time."""
-    monkeypatch.setattr("trajopt.lab.campaign.cluster.LOOK", 0.0)
+    monkeypatch.setattr("trajopt.lab.campaign.cluster.POLL", 0.0)
     return CampaignFolder.begin(small, tmp_path)
 
 

@@ -18,7 +18,7 @@ from trajopt.lab.campaign.supervisor import WorkerSupervisor, cores, planned, se
 from trajopt.values.errors import CampaignError, MissingExtra
 from trajopt.values.errors.arguments import checked
 
-LOOK = 2.0
+POLL = 2.0
 """Period of checks for nodes that came or left [s]; Ray itself notices within some seconds."""
 PATIENCE = 300.0
 """Longest wait for the first worker of a cluster [s]; nodes of a cloud take minutes."""
@@ -131,7 +131,7 @@ class RayPool:
             self._alive = now
         if now - self._alive > PATIENCE:
             raise CampaignError(f"no machine of the cluster had a free core for {PATIENCE:g} s")
-        if now - self._looked < LOOK:
+        if now - self._looked < POLL:
             return
         self._looked, self._cores = now, int(self._ray.cluster_resources().get("CPU", 0))
         for _ in range(self.workers - len(self._actors) if self._cores else 0):

@@ -29,7 +29,7 @@ LOSSES = 5
 """Lost machines after which a single problem counts as their cause."""
 FAILURES = 3
 """Shards in a row that cannot be written before the campaign ends."""
-LOOK = 1.0
+REPORT = 1.0
 """Longest interval between progress reports [s]."""
 
 
@@ -128,7 +128,7 @@ class _Run:
                 self._pool.submit(block)
             if self._exhausted and not self._running and not self._again:
                 return
-            for ended in self._pool.wait(LOOK):
+            for ended in self._pool.wait(REPORT):
                 self._running -= 1
                 match ended:
                     case PlannedBlock():

@@ -20,7 +20,7 @@ from trajopt.scene.reduced import TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.printed import in_length
 
-LOOK = 0.02
+INTERVAL = 0.02
 """Sampling interval for a configuration at rest [s]: objects at 1 m/s move by 2 cm."""
 LONGEST = 60.0
 """Time horizon [s]."""
@@ -104,7 +104,7 @@ class Occupied:
         which = f"all {self.configurations} goal configurations found are"
         which = "the goal is" if self.configurations == 1 else which
         till = "at all times" if self.until == inf else f"until {self.until:.2f} s"
-        earliest = f", and nothing gets there before {self.begin:.2f} s" if self.begin > LOOK else ""
+        earliest = f", and nothing gets there before {self.begin:.2f} s" if self.begin > INTERVAL else ""
         how = f"occupied {till}"
         if self.dwell > 0.0:
             how = f"never free for {self.dwell:g} s (for {self.longest:.2f} s at the most)"
@@ -196,7 +196,7 @@ class InTime:
             return False
         lower, upper = joint_box(self.problem.goals, self.problem.reduced)
         lower, upper = lower - EXCESS, upper + EXCESS  # what the judge accepts
-        if self.problem.dwell > 2.0 * LOOK:
+        if self.problem.dwell > 2.0 * INTERVAL:
             return self._never_long_free(lower, upper, times)
         inside = self._moments[(self._moments > times[0]) & (self._moments < times[-1])]
         cuts: list[float] = np.unique(np.concatenate((times[:1], inside, times[-1:]))).tolist()
@@ -222,7 +222,7 @@ class InTime:
     def _closed(self, lower: Floats, upper: Floats, begin: float, end: float) -> bool:
         if begin + LONG > end and self.occupancy.throughout(lower, upper, begin, end, most=FEW_BOXES):
             return True
-        if end - begin < LOOK:
+        if end - begin < INTERVAL:
             return bool(self.occupancy.throughout(lower, upper, begin, end, most=MOST_BOXES))
         middle = (begin + end) / 2.0
         return self._closed(lower, upper, begin, middle) and self._closed(lower, upper, middle, end)
@@ -272,7 +272,7 @@ class InTime:
     def looks(self) -> Floats:
         """Times to examine, until nothing changes or the predictions end [s]."""
         last = min(self._settled, LONGEST, self._deadline)
-        return np.append(np.arange(0.0, last, LOOK), last)
+        return np.append(np.arange(0.0, last, INTERVAL), last)
 
     @property
     def _deadline(self) -> float:
@@ -284,7 +284,7 @@ class InTime:
     def _settled(self) -> float:
         motions = (timing.motion for timing in self.timed.timings.values())
         ends = [motion.track.end for motion in motions if motion is not None]
-        return max([0.0, *ends, *(self._moments + LOOK).tolist()])
+        return max([0.0, *ends, *(self._moments + INTERVAL).tolist()])
 
     @cached_property
     def _moments(self) -> Floats:

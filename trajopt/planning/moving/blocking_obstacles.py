@@ -11,7 +11,7 @@ from trajopt.optimise.kinematics.inverse import STARTS, goal_candidates
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.infeasibility.inevitable import (
-    LOOK,
+    INTERVAL,
     FixedLinkMet,
     FixedLinks,
     InTime,
@@ -104,7 +104,7 @@ class _BlockingObstacles:
 
     def on_the_way(self) -> tuple[Obstruction, ...]:
         motion = self.static
-        times: Floats = np.append(np.arange(0.0, motion.duration, LOOK), motion.duration)
+        times: Floats = np.append(np.arange(0.0, motion.duration, INTERVAL), motion.duration)
         with self.tracker.stage("proof"):
             met = self._in_time.occupancy.met(motion(times), times)
         self._count()

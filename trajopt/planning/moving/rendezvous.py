@@ -202,7 +202,7 @@ SETTLING = 1e-3
 """Time in which a motion that ends with an acceleration takes it back, without progress [s]."""
 WITHIN = 0.998
 """Share of the limits that samples may reach, because of the values between them."""
-LOOKS = 12
+SAMPLES = 12
 """Samples in each piece at which limits are checked."""
 
 
@@ -377,7 +377,7 @@ def _grown(end: Floats, duration: float, times: Floats) -> list[Floats]:
 
 def seems_possible(motion: Trajectory, limits: JointLimits) -> bool:
     begins, lengths = motion.times[:-1], np.diff(motion.times)
-    times = (begins[:, None] + lengths[:, None] * np.linspace(0.0, 1.0, LOOKS)[None, :]).ravel()
+    times = (begins[:, None] + lengths[:, None] * np.linspace(0.0, 1.0, SAMPLES)[None, :]).ravel()
     positions = motion(times)
     if (positions < limits.lower).any() or (positions > limits.upper).any():
         return False

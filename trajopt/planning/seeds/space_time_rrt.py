@@ -25,7 +25,7 @@ NUDGE = 0.1
 """Joint motion for which the travel of bodies is measured [rad | m]."""
 MOMENTS = 400
 """Times at which the travel of obstacles is sampled."""
-LOOK = 0.02
+INTERVAL = 0.02
 """Sampling interval of a goal that is seldom free [s]: at 1 m/s obstacles move by 2 cm."""
 ROOTS = 8
 """Goal times in the second tree at first, and branches between two further ones."""
@@ -202,7 +202,7 @@ def _rooted(tree: _Tree, time: float) -> None:
 
 def _rooted_seldom(tree: _Tree, soonest: float) -> bool:
     stage = tree.stage
-    times: Floats = np.append(np.arange(soonest, stage.latest, LOOK), stage.latest)
+    times: Floats = np.append(np.arange(soonest, stage.latest, INTERVAL), stage.latest)
     states = np.column_stack((np.tile(stage.goal, (len(times), 1)), times))
     for time in times[stage.clear(states)].tolist():
         if len(tree.states) < ROOTS:

@@ -35,7 +35,7 @@ ALLOWED = frozenset(
     )
 )
 """Audit events of an expansion, in addition to reading files."""
-LOOKING = frozenset(
+READING = frozenset(
     ("stat", "lstat", "fstat", "scandir", "listdir", "readlink", "getcwd", "fspath", "open", "close", "read")
 )
 """Functions of the operating system that an expansion uses."""
@@ -67,7 +67,7 @@ def inner_names(expression: str) -> list[str]:
 def disarm() -> None:
     """Remove system functions that change anything; some of them raise no audit event."""
     system = sys.modules[os.name]
-    effects = [name for name, value in vars(system).items() if callable(value) and name not in LOOKING]
+    effects = [name for name, value in vars(system).items() if callable(value) and name not in READING]
     for module in (os, system):
         for name in effects:
             vars(module).pop(name, None)

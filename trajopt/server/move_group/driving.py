@@ -28,8 +28,8 @@ from trajopt.values.trajectory import MEETING, Interpolation, Trajectory
 SETTLING = 0.3
 STILL = 1e-6
 """Joint speed that counts as rest [rad/s | m/s]; noisy sensors take the whole settling time."""
-LOOK = 0.01
-"""Time between two looks at whether a motion has ended [s]."""
+POLL = 0.01
+"""Interval of checks whether a motion has ended [s]."""
 OFFERS = 4
 """Offers of a motion to an executor that refuses it, each later: the computation may have been slow, or a
 foreign motion
@@ -103,10 +103,10 @@ class MotionDriver:
     def wait(self) -> str:
         executor = self.executor
         while self.moving:
-            self._wait(max(LOOK, self._committed.end - executor.now()))
+            self._wait(max(POLL, self._committed.end - executor.now()))
         until = executor.now() + SETTLING
         while executor.now() < until and np.abs(executor.state().velocities).max() > STILL:
-            self._wait(LOOK)
+            self._wait(POLL)
         self._motion = None
         return executor.fault()
 
