@@ -163,9 +163,7 @@ def test_a_budget_without_a_bound_is_refused(given: dict[str, object], words: st
 
 
 @pytest.mark.usefixtures("unproven")
-def test_a_clock_that_stands_still_does_not_hold_planning_up(
-    arm: to.Robot, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_frozen_clock_does_not_block_planning(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     wall_clock = TickingClock()
     monkeypatch.setattr("trajopt.planning.budget.monotonic", wall_clock)
     result = to.plan(walled_in(arm), budget=to.Budget(seconds=2.0, clock=lambda: 0.0))

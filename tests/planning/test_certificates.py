@@ -40,7 +40,7 @@ def test_a_printed_clearance_is_measured(problem: to.Problem) -> None:
     assert result.as_dict()["certificate"] == certificate.as_dict()
 
 
-def test_a_refused_motion_keeps_the_certificate_that_says_why(problem: to.Problem) -> None:
+def test_a_refused_motion_keeps_the_certificate_with_the_reason(problem: to.Problem) -> None:
     found = to.plan(problem).require()
     ends, times = found.path.knots[[0, -1]], found.trajectory.times[[0, -1]]
     straight = to.Trajectory(found.trajectory.joint_names, times, ends)

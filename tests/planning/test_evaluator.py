@@ -58,7 +58,7 @@ class Recorders:
 
 
 @pytest.mark.parametrize("moves", [False, True])
-def test_planning_asks_the_evaluator_of_the_problem(arm: to.Robot, *, moves: bool) -> None:
+def test_planning_uses_the_evaluator_of_the_problem(arm: to.Robot, *, moves: bool) -> None:
     problem, recorders = wall(arm), Recorders()
     if moves:
         track = to.Track.constant_velocity(to.placement((0.5, -0.9, 0.1)), (0.0, 1.5, 0.0))

@@ -36,7 +36,7 @@ def test_where_the_line_is_best_nothing_shorter_is_found() -> None:
         assert "nothing shorter than" in str(found)
 
 
-def test_it_goes_on_from_any_path_over_knots() -> None:
+def test_improve_continues_from_any_path_over_knots() -> None:
     asked = to.named_problem("past_pillar_ur5")
     found = to.plan(asked, method="chomp", improve=True)
     assert found.verified and found.along_path is not None
@@ -55,7 +55,7 @@ def test_unsupported_constraints_are_refused_by_name() -> None:
     assert "shorter motion" in found.message and "tool speeds" in found.message
 
 
-def test_a_budget_that_improves_goes_on_from_splines_too() -> None:
+def test_an_improving_budget_also_continues_from_splines() -> None:
     """Their paths have other numbers of knots than the problem."""
     asked = to.named_problem("past_pillar_xarm7")
     once, found = (

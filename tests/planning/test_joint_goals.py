@@ -76,7 +76,7 @@ def test_a_goal_beyond_a_limit_and_its_tolerance_is_refused_with_a_proof() -> No
     assert result.status is to.Status.GOAL_OUT_OF_LIMITS and result.certainty is Certainty.PROVEN
 
 
-def test_goals_of_the_same_joint_share_what_both_allow() -> None:
+def test_goals_of_the_same_joint_share_their_common_range() -> None:
     goals = joints(0.5, 0.0, 0.2), joints(0.9, 0.0, 0.3)
     result = to.plan(asked(*goals))
     assert result.status is to.Status.SOLVED, result.reason

@@ -136,7 +136,7 @@ def test_the_hand_follows_a_cup_that_is_pushed(loop: Loop, capsys: pytest.Captur
     assert max(strayed) < 1e-3
 
 
-def test_without_a_plan_the_old_motion_goes_on(loop: Loop) -> None:
+def test_without_a_plan_the_old_motion_continues(loop: Loop) -> None:
     page, arm = loop(Camera(), to.Budget(work=1))
     assert len(arm.motions) > 5 and len({id(each) for each in arm.motions}) == 1
     problem, _ = going(page)

@@ -97,7 +97,7 @@ def test_a_start_that_names_only_a_mimic_joint_places_its_leader(chain: to.Robot
     assert started.reduced.start_positions[0] == pytest.approx(1.0)
 
 
-def test_a_mimic_joint_whose_leader_is_fixed_says_so(tmp_path: Path) -> None:
+def test_reports_a_mimic_joint_whose_leader_is_fixed(tmp_path: Path) -> None:
     robot = planar(tmp_path, {"m1": ("j1", 0.0, 0.2)})
     with pytest.raises(to.TrajoptError, match=r"with factor 0 and stays at 11\.46 deg \(0\.2000 rad\)"):
         to.plan(problem(robot, to.joint_positions({"m1": -0.4})))

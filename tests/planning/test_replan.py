@@ -155,7 +155,7 @@ def test_a_budget_ends_it_with_a_reason() -> None:
     assert improved.verified and improved.method == "free-duration"
 
 
-def test_what_was_proven_before_the_budget_ran_out_is_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_returns_the_motion_proven_before_the_budget_ran_out(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = to.named_problem("past_pillar_ur5")
     running = to.plan(problem).require().trajectory
     solve_from = SpaceTimeProgram.solve_from

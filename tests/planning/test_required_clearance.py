@@ -43,7 +43,7 @@ def ball_over_box(folder: Path, gap: float) -> to.Scene:
         (0.02 - 1e-4, 0.02, Certainty.PROVEN),
     ],
 )
-def test_what_is_too_near_by_less_than_distances_err_is_not_proven(
+def test_a_violation_below_the_distance_error_is_not_proven(
     tmp_path: Path, gap: float, required: float, certainty: Certainty
 ) -> None:
     scene = ball_over_box(tmp_path, gap).with_clearance(required)
@@ -61,7 +61,7 @@ def test_what_is_too_near_by_less_than_distances_err_is_not_proven(
         assert "0.0 mm inside" not in result.message
 
 
-def test_a_start_more_than_a_micrometre_clear_is_no_collision(tmp_path: Path) -> None:
+def test_a_start_over_a_micrometre_clear_does_not_collide(tmp_path: Path) -> None:
     problem = to.Problem(
         scene=ball_over_box(tmp_path, 1.1e-6), start={}, goal=to.joint_positions({"x": 0.5, "y": 0.0})
     )
@@ -140,7 +140,7 @@ class Family:
         return to.Problem(scene=self.scene, start=start, goal=to.joint_positions(goal, tolerance=0.0))
 
 
-def test_planned_motions_keep_what_is_required(tmp_path: Path) -> None:
+def test_planned_motions_keep_the_required_clearance(tmp_path: Path) -> None:
     bent, solved = 0, 0
     for seed in range(60):
         family = Family(tmp_path, seed)
@@ -194,7 +194,7 @@ def gap(folder: Path, spare: float) -> to.Scene:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_gap_is_closed_by_what_is_required_and_by_nothing_less(tmp_path: Path, seed: int) -> None:
+def test_only_the_required_clearance_closes_a_gap(tmp_path: Path, seed: int) -> None:
     rng = np.random.default_rng(seed)
     spare = float(rng.uniform(0.008, 0.04))
     start, goal = {"x": -0.4, "y": float(rng.uniform(-0.3, 0.3))}, {"x": 0.4, "y": 0.0}

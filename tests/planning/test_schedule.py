@@ -17,7 +17,7 @@ def test_every_branch_gets_its_straight_line_once() -> None:
     assert all(before[1] == after[0] for before, after in pairwise(straight))
 
 
-def test_what_is_looked_at_briefly_is_gone_on_with_in_the_next_round() -> None:
+def test_the_next_round_continues_brief_attempts() -> None:
     for table in (OPENING, CYCLE):
         for rows, following in pairwise(table):
             if any(row.brief for row in rows):

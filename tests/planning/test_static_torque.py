@@ -86,7 +86,7 @@ def test_methods_without_second_order_hold_the_load_too(method: str) -> None:
 @pytest.mark.parametrize(
     ("which", "status"), [("start", "START_CANNOT_BE_HELD"), ("goal", "GOAL_CANNOT_BE_HELD")]
 )
-def test_an_end_that_cannot_be_held_is_refused_at_once(which: str, status: str) -> None:
+def test_refuses_a_goal_that_cannot_be_held_before_planning(which: str, status: str) -> None:
     """By joint and by how much, proven, before any seed is tried."""
     problem = moving(*((ABOVE, STRETCHED) if which == "goal" else (STRETCHED, ABOVE)))
     found = to.plan(problem)
@@ -96,7 +96,7 @@ def test_an_end_that_cannot_be_held_is_refused_at_once(which: str, status: str) 
     assert words in found.reason
 
 
-def test_what_would_help_is_said_with_its_price() -> None:
+def test_the_explanation_lists_remedies_with_their_prices() -> None:
     told = to.plan(moving(ABOVE, STRETCHED)).explain(plan_again=True)
     assert told.certainty is Certainty.PROVEN
     assert [block.kind for block in told.blocks] == [ObstructionKind.EFFORT]

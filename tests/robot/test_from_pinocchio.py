@@ -51,7 +51,7 @@ def assert_same(one: Robot, other: Robot) -> None:
         np.testing.assert_allclose(a.translation, b.translation, atol=1e-12)
 
 
-def test_the_planar_arm_is_that_of_its_urdf_and_plans_the_same(
+def test_the_planar_arm_matches_its_urdf_and_plans_the_same(
     files: tuple[Path, Path], model: pin.Model, geometry: pin.GeometryModel
 ) -> None:
     urdf, srdf = files
@@ -76,7 +76,7 @@ def test_the_planar_arm_is_that_of_its_urdf_and_plans_the_same(
     assert a.trajectory.duration == pytest.approx(b.trajectory.duration, abs=1e-6)
 
 
-def test_the_panda_is_that_of_its_urdf() -> None:
+def test_the_panda_matches_its_urdf() -> None:
     try:
         panda = to.load("panda")
     except to.MissingExtra as error:

@@ -71,7 +71,7 @@ def test_a_missing_file_is_reported(tmp_path: Path) -> None:
         cover_file(tmp_path / "gone.stl", SCALE, MeshPolicy())
 
 
-def test_cutting_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_cutting_ends_at_its_bound_and_reports_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr("trajopt.robot.bodies._MOST_WORK", 1)
     turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)

@@ -125,7 +125,7 @@ def test_a_start_beyond_the_range_of_a_mimic_joint_names_it(tmp_path: Path) -> N
     assert [(item.joint, item.follows) for item in seen.out_of_limits] == [("m2", "j1")]
 
 
-def test_a_start_velocity_beyond_that_of_a_mimic_joint_is_refused(tmp_path: Path) -> None:
+def test_refuses_a_start_velocity_beyond_the_limit_of_a_mimic_joint(tmp_path: Path) -> None:
     robot = arm(tmp_path, 'lower="-9" upper="9" velocity="0.6" effort="1"')
     with pytest.raises(
         ProblemError, match=r"its velocity limit is 11\.46 deg/s \(the limit of m2, which follows j1\)"

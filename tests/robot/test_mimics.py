@@ -129,7 +129,7 @@ def test_a_mimic_of_a_fixed_joint_is_at_its_offset(tmp_path: Path) -> None:
     assert robot.positions({"free": 1.0}) == pytest.approx((0.4, -0.7, 1.0))
 
 
-def test_a_fixed_joint_that_mimics_stands_still(tmp_path: Path) -> None:
+def test_a_fixed_mimic_joint_does_not_move(tmp_path: Path) -> None:
     robot = planar(tmp_path, {"m1": ("j1", 3.0, 0.4), "m2": ("m1", -2.0, 0.1)}, kinds={"m1": "fixed"})
     assert robot.positions({"j1": 1.0}) == pytest.approx((1.0, 0.1))
 

@@ -152,7 +152,7 @@ def test_other_elements_with_unknown_names_are_noted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["floating", "planar"])
-def test_a_base_that_could_move_is_fixed_where_it_stands(tmp_path: Path, kind: str) -> None:
+def test_a_movable_base_is_fixed_at_its_pose(tmp_path: Path, kind: str) -> None:
     root = f'<virtual_joint name="root" type="{kind}" parent_frame="odom" child_link="base"/>'
     body = '<group name="body"><joint name="root"/><group name="arm"/></group>'
     robot = with_srdf(

@@ -44,13 +44,13 @@ def test_a_package_is_found_by_the_name_that_it_states_and_not_by_its_folder(tmp
     assert to.load(urdf).mesh_notes
 
 
-def test_a_name_with_three_slashes_is_looked_for_below_the_folders_above(tmp_path: Path) -> None:
+def test_a_name_with_three_slashes_is_searched_below_the_parent_folders(tmp_path: Path) -> None:
     package(tmp_path / "share" / "arm_data", "arm_data")
     urdf = robot_with(tmp_path / "share" / "arm_data" / "robots", "package:///share/arm_data/meshes/a.stl")
     assert to.load(urdf).mesh_notes
 
 
-def test_a_package_beside_that_of_the_description_is_found(tmp_path: Path) -> None:
+def test_finds_a_package_beside_the_package_of_the_description(tmp_path: Path) -> None:
     package(tmp_path / "src" / "panda_description", "moveit_resources_panda_description")
     folder = package(tmp_path / "src" / "panda_config", "moveit_resources_panda_config", "config/b.stl")
     urdf = robot_with(folder / "config", "package://moveit_resources_panda_description/meshes/a.stl")
@@ -65,7 +65,7 @@ def test_a_package_is_found_below_a_package_directory(tmp_path: Path, given: str
 
 
 @pytest.mark.parametrize("entry", ["ros", "ros/described", "nowhere:{0}/ros"])
-def test_a_package_is_found_where_ros_1_looks(
+def test_finds_a_package_on_the_ros_1_package_path(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, entry: str
 ) -> None:
     package(tmp_path / "ros" / "described", "arm_description")
@@ -84,7 +84,7 @@ def test_a_package_is_found_where_ros_2_installs_it(tmp_path: Path, monkeypatch:
     assert to.load(urdf).mesh_notes
 
 
-def test_a_mesh_that_is_nowhere_says_where_it_was_looked_for(
+def test_a_missing_mesh_error_lists_the_searched_folders(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
@@ -114,7 +114,7 @@ def test_a_package_path_cannot_leave_its_package(tmp_path: Path, monkeypatch: py
         to.load(robot_with(folder, "package://arm_description/../../secret.stl"))
 
 
-def test_a_package_file_that_is_none_says_no_name(tmp_path: Path) -> None:
+def test_ignores_a_package_file_without_a_valid_name(tmp_path: Path) -> None:
     folder = package(tmp_path / "described", "arm_description")
     urdf = robot_with(folder / "urdf", "package://arm_description/meshes/a.stl")
     for text in ("<package", "<robot/>", "<package/>", "<package><name/></package>"):

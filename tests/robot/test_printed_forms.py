@@ -22,7 +22,7 @@ def test_a_placement() -> None:
     assert repr(AT).startswith("placement(xyz=")
 
 
-def test_a_problem_says_its_goal_so() -> None:
+def test_a_printed_problem_contains_its_goal() -> None:
     robot = to.load("planar2")
     goal = to.frame_placement(robot.links[-1], AT)
     problem = to.Problem(scene=to.Scene(robot), start={}, goal=goal)
@@ -49,7 +49,7 @@ def test_a_requirement(required: object, said: str) -> None:
     assert str(required) == said
 
 
-def test_a_curve_says_in_which_unit_its_pieces_do_not_meet() -> None:
+def test_a_curve_reports_the_unit_of_a_gap_between_its_pieces() -> None:
     begin, middle, end = (to.placement((0.1 * k, 0, 0)) for k in range(3))
     away = to.placement((0.112, 0, 0))
     turned = to.placement((0.1, 0, 0), rpy=(0, 0, np.pi / 6))
@@ -59,7 +59,7 @@ def test_a_curve_says_in_which_unit_its_pieces_do_not_meet() -> None:
         joined((polyline((begin, middle)), polyline((turned, end))))
 
 
-def test_messages_say_by_how_much_in_the_unit_of_the_requirement() -> None:
+def test_messages_give_the_violation_in_the_unit_of_the_requirement() -> None:
     robot = to.load("planar2")
     far = to.position_in_region(robot.links[-1], to.Sphere(0.01), to.placement((0.1, 0, 5.0)))
     goal = to.joint_positions(dict.fromkeys(robot.joint_names, 0.1))

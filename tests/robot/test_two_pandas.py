@@ -52,5 +52,5 @@ def test_each_hand_is_where_one_pandas_is(both: to.Robot, side: str, y: float) -
     np.testing.assert_allclose(double.translation, single.translation + np.array((0.0, y, 0.0)), atol=1e-12)
 
 
-def test_ready_is_that_of_both(both: to.Robot) -> None:
+def test_the_ready_state_covers_both_arms(both: to.Robot) -> None:
     assert both.state("ready", group="both").keys() == set(both.group("both").joints)

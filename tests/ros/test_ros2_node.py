@@ -58,7 +58,7 @@ def test_plans_to_a_pose_and_sends_the_motion(node: Any, frame: str) -> None:
     assert node.log[-1] == "info: the controller drives"
 
 
-def test_reports_what_goes_wrong(node: Any) -> None:
+def test_reports_errors(node: Any) -> None:
     node.heard["/joint_states"](JointState(name=list(HERE), position=list(HERE.values())))
     node.heard["/goal_pose"](pose(node, "map"))
     assert node.log[-1].startswith("error: ") and "map" in node.log[-1]

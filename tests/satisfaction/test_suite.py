@@ -50,7 +50,7 @@ def test_there_is_enough_to_prove() -> None:
 
 
 @pytest.mark.parametrize("definition", PROBLEMS, ids=identify)
-def test_says_what_is_hard(definition: Definition) -> None:
+def test_the_docstring_states_the_difficulty(definition: Definition) -> None:
     said = definition.make.__doc__ or ""
     assert said.startswith("Return the problem")
     assert "What is hard: " in said and "Expected outcome: " in said

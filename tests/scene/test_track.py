@@ -91,7 +91,7 @@ def test_jumps_are_refused_with_their_time_and_size() -> None:
         Track(np.array((0.0, 1.0, 2.0)), coefficients, turned, axes, np.zeros(2))
 
 
-def test_an_error_grows_and_goes_on_growing_by_another_clock() -> None:
+def test_an_error_grows_and_keeps_growing_on_a_shifted_clock() -> None:
     track = Track.constant_velocity(placement(), (0.1, 0.0, 0.0))
     prediction = Prediction(track, (0.01, 0.02, 0.03), until=4.0)
     assert prediction.error_at(-1.0) == 0.01

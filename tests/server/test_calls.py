@@ -31,7 +31,7 @@ def crowded(times: int) -> tuple[httpx.MockTransport, list[int]]:
     return httpx.MockTransport(answer), asked
 
 
-def test_who_listens_comes_again_too_when_the_server_is_full() -> None:
+def test_a_listening_client_also_retries_when_the_server_is_full() -> None:
     transport, asked = crowded(2)
     with Client("http://server") as client:
         client._http = httpx.Client(base_url="http://server", transport=transport)
@@ -71,7 +71,7 @@ def test_arrays_go_out_as_lists() -> None:
 
 @pytest.mark.parametrize("wrong", [float("nan"), np.array([np.inf]), object(), {1, 2}, lambda: 0])
 @pytest.mark.parametrize("way", [lambda each: each.content, lambda each: each.parameters])
-def test_what_is_no_plain_data_is_named(wrong: Any, way: Callable[[Call], object]) -> None:
+def test_names_the_field_that_is_not_plain_data(wrong: Any, way: Callable[[Call], object]) -> None:
     call = Call("POST", "/x", {"goal": wrong}, data=b"" if way.__code__.co_names == ("parameters",) else None)
     with pytest.raises(TrajoptError, match="goal"):
         way(call)

@@ -38,7 +38,7 @@ def test_a_client_plans_with_feedback(server: Serving) -> None:
         assert fork.read()["objects"] == {}
 
 
-def test_a_cloud_takes_the_place_of_what_was_seen_before(server: Serving) -> None:
+def test_a_cloud_replaces_the_previous_cloud(server: Serving) -> None:
     wall = np.stack(np.meshgrid([0.75], np.linspace(-0.5, -0.3, 9), [0.14]), axis=-1).reshape(-1, 3)
     with Client(server.url) as client, client.session("planar2") as session:
         told = session.with_cloud("camera", np.vstack((wall, [[np.nan, 0, 0]])), radius=0.03, stamp=2.0)
@@ -71,7 +71,7 @@ def test_a_cloud_of_a_sensor_leaves_out_the_robot(server: Serving) -> None:
         assert not session.ask("validity", {"positions": [0.0, 0.0]})["valid"]
 
 
-def test_what_numpy_writes_is_taken_as_it_is(server: Serving) -> None:
+def test_accepts_clouds_in_numpy_format(server: Serving) -> None:
     with Client(server.url) as client, client.session("planar2") as session:
         for kind in ("<f4", "<f8"):
             file = io.BytesIO()
@@ -104,7 +104,7 @@ def test_a_cloud_enters_an_execution(server: Serving) -> None:
         assert list(session.read()["objects"]) == ["camera"]
 
 
-def test_what_moveit_asks_is_planned(server: Serving) -> None:
+def test_plans_a_moveit_request(server: Serving) -> None:
     joints = [{"joint_name": "joint1", "position": 0.4}, {"joint_name": "joint2", "position": 0.3}]
     with Client(server.url) as client, client.session() as session:
         assert session.plan_request({"goal_constraints": [{"joint_constraints": joints}]})["verified"]
@@ -172,7 +172,7 @@ def test_a_request_is_cancelled_by_its_name(server: Serving) -> None:
             session.cancel("long")
 
 
-def test_an_asynchronous_client_asks_many_things_at_once_and_comes_again_when_it_is_full(
+def test_an_asynchronous_client_sends_concurrent_requests_and_retries(
     server: Serving,
 ) -> None:
     async def run() -> None:

@@ -16,7 +16,7 @@ from trajopt.server.session import Keeper
 from trajopt.server.warehouse import Warehouse
 
 
-def test_a_robot_whose_client_has_gone_is_driven_by_nobody_else_until_it_stands() -> None:
+def test_no_other_client_drives_an_abandoned_robot_until_it_stops() -> None:
     async def test(service: Service) -> None:
         session = service.create()
         moving = asyncio.Event()
@@ -170,7 +170,7 @@ def test_a_fork_knows_how_old_its_clouds_are() -> None:
     served(test)
 
 
-def test_what_a_request_may_take_of_memory_does_not_depend_on_those_before_it() -> None:
+def test_the_memory_limit_of_a_request_ignores_earlier_requests() -> None:
     async def test(service: Service) -> None:
         session, some = service.create(), 100 * 2**20
         assert some < SMALL.memory // 2 < 2 * some < SMALL.memory

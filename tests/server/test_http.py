@@ -52,13 +52,13 @@ def test_everything_that_can_be_asked_is_described_and_no_page_needs_another_ser
         assert not re.search(r"https?://(?!localhost)", page.text), path
 
 
-def test_the_robots_say_what_a_client_needs(server: Serving) -> None:
+def test_the_robot_list_contains_the_fields_a_client_needs(server: Serving) -> None:
     robot = httpx.get(f"{server.url}/robots").json()[0]
     assert robot["name"] == "planar2"
     assert robot["joints"]["joint1"].keys() == {"lower", "upper", "velocity", "acceleration"}
 
 
-def test_a_full_server_says_when_to_come_again(server: Serving) -> None:
+def test_a_full_server_reports_when_to_retry(server: Serving) -> None:
     from trajopt.server.http.answers import refusal_response
     from trajopt.server.limits import RequestRefused, Why
 
@@ -68,7 +68,7 @@ def test_a_full_server_says_when_to_come_again(server: Serving) -> None:
     assert response.headers["x-retry-after"] == "0.250"
 
 
-def test_of_two_requests_of_one_name_at_once_one_is_refused() -> None:
+def test_refuses_one_of_two_concurrent_requests_with_the_same_name() -> None:
     async def test(service: Service) -> None:
         transport = httpx.ASGITransport(http_app(service))
         async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
@@ -89,7 +89,7 @@ def test_of_two_requests_of_one_name_at_once_one_is_refused() -> None:
     served(test)
 
 
-def test_a_token_is_asked_for() -> None:
+def test_the_server_requires_a_token() -> None:
     with serving(options=HttpOptions(port=0, token=TOKEN)) as server:
         assert httpx.get(f"{server.url}/health").status_code == 200
         assert httpx.get(f"{server.url}/robots").status_code == 401

@@ -115,7 +115,7 @@ def test_sessions_of_robots_with_meshes_survive_a_restart(name: str, file: Path)
     served(file, after, robot)
 
 
-def test_only_what_holds_now_is_kept(file: Path) -> None:
+def test_keeps_only_the_current_state(file: Path) -> None:
     async def test(service: Service) -> None:
         session = service.create()
         await service.keep(session)
@@ -218,7 +218,7 @@ def test_sessions_of_another_robot_stay_in_the_file(file: Path, caplog: pytest.L
         assert len(kept.find(kind=EntryKind.SCENE)) == 1
 
 
-def test_what_is_kept_for_other_ends_is_no_session(file: Path) -> None:
+def test_an_unrelated_warehouse_entry_is_not_a_session(file: Path) -> None:
     async def test(service: Service) -> None:
         assert len(service.sessions) == 0
 
@@ -227,7 +227,7 @@ def test_what_is_kept_for_other_ends_is_no_session(file: Path) -> None:
     served(file, test)
 
 
-def test_sessions_that_go_because_nobody_uses_them_go_from_the_disk(file: Path) -> None:
+def test_expired_sessions_are_deleted_from_the_disk(file: Path) -> None:
     async def test(service: Service) -> None:
         old = service.create()
         await service.keep(old)

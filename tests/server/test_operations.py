@@ -58,7 +58,7 @@ def test_a_plan_in_the_words_of_the_python_api() -> None:
     assert answer["certificate"] == json.loads(json.dumps(expected["certificate"]))
 
 
-def test_a_plan_without_a_certificate_says_that_it_is_verified() -> None:
+def test_a_plan_without_a_certificate_is_marked_as_verified() -> None:
     answer, _ = ask("plan", {"problem": REACH})
     assert answer["verified"] and answer["certificate"] is None
 
@@ -199,7 +199,7 @@ def test_no_member_of_a_problem_is_a_fault_of_the_server(member: str) -> None:
             ask("check", {"problem": {**REACH, member: value}, "trajectory": trajectory})
 
 
-def test_what_is_read_of_an_object_makes_it_again() -> None:
+def test_an_object_can_be_recreated_from_its_document() -> None:
     pole, ball = {"cylinder": {"radius": 0.1, "length": 1.0}}, {"sphere": {"radius": 0.2}}
     parts = [[pole, {"xyz": [1, 2, 3]}], [ball, {"xyz": [0, 0, 1]}]]
     document, held = ask("edit", {"edits": [{"add": {"name": "lamp", "shape": parts}}]})
@@ -247,7 +247,7 @@ def test_a_failure_is_explained() -> None:
     assert answer["status"] == "GOAL_IN_COLLISION" and "post" in answer["words"]
 
 
-def test_the_simulated_robot_is_driven_and_says_where_it_is() -> None:
+def test_the_simulated_robot_drives_and_reports_its_position() -> None:
     told: list[Any] = []
     watch = Watch(60.0, lambda document, places: told.append((document, places)))
     answer, held = ask("execute", {"problem": REACH, "speed": 0}, watch=watch)

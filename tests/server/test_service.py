@@ -73,7 +73,7 @@ def test_changes_of_one_session_wait_for_each_other() -> None:
     served(test, Limits(workers=2))
 
 
-def test_what_is_asked_wrongly_is_refused_with_the_reason() -> None:
+def test_refuses_a_wrong_request_with_the_reason() -> None:
     async def test(service: Service) -> None:
         session = service.create()
         with pytest.raises(RequestRefused, match="gaol_constraints") as refused:
@@ -119,7 +119,7 @@ def test_a_request_that_takes_too_much_memory_is_refused_and_the_next_is_done() 
     served(test)
 
 
-def test_cancelling_ends_what_runs_and_what_waits() -> None:
+def test_cancelling_ends_running_and_waiting_requests() -> None:
     async def test(service: Service) -> None:
         session, running, waiting = service.create(), Cancellation(), Cancellation()
         began = asyncio.Event()
@@ -137,7 +137,7 @@ def test_cancelling_ends_what_runs_and_what_waits() -> None:
     served(test)
 
 
-def test_what_does_not_end_when_told_to_is_killed() -> None:
+def test_kills_a_worker_that_does_not_end_on_request() -> None:
     async def test(service: Service) -> None:
         session = service.create()
         assert await why(service.ask(session, "stubborn", seconds=0.2)) is Why.OUT_OF_TIME
@@ -153,7 +153,7 @@ def test_what_does_not_end_when_told_to_is_killed() -> None:
     served(test)
 
 
-def test_a_full_queue_is_told_and_no_session_fills_it_alone() -> None:
+def test_a_full_queue_is_reported_and_no_session_fills_it_alone() -> None:
     async def test(service: Service) -> None:
         greedy, other = service.create(), service.create()
         began = asyncio.Event()
@@ -179,7 +179,7 @@ def test_a_full_queue_is_told_and_no_session_fills_it_alone() -> None:
     served(test)
 
 
-def test_closing_refuses_what_waits() -> None:
+def test_closing_refuses_pending_requests() -> None:
     async def test(service: Service) -> None:
         session = service.create()
         running = asyncio.create_task(service.ask(session, "wait"))

@@ -53,7 +53,7 @@ def events(url: str, body: dict[str, Any]) -> Iterator[tuple[str, Any]]:
                 yield name, json.loads(value)
 
 
-def test_a_robot_that_is_driven_is_stopped_and_its_client_told() -> None:
+def test_a_driven_robot_is_stopped_and_its_client_notified() -> None:
     with served_by_a_process() as (process, url), Client(url) as client:
         session = client.session()
         goal = {"joint_positions": {"positions": {"joint1": 1.5, "joint2": 1.0}}}
@@ -66,7 +66,7 @@ def test_a_robot_that_is_driven_is_stopped_and_its_client_told() -> None:
         assert "stopped the robot" in last["error"]["reason"]
 
 
-def test_until_it_stands_requests_are_refused_with_a_reason() -> None:
+def test_requests_are_refused_with_a_reason_until_the_robot_stops() -> None:
     with served_by_a_process() as (process, url), Client(url) as client:
         session = client.session()
         told = events(f"{url}/sessions/{session.id}/brake", {"to": [0.3, 0.1], "rest": [0.5, 0.2]})

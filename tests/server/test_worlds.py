@@ -142,7 +142,7 @@ def test_no_robot_is_taken_from_a_request(held: SessionState) -> None:
         answered("hold", {"scene": message_of(own, {})}, held)
 
 
-def test_no_more_than_a_request_may_hold_is_taken(held: SessionState, honest: dict[str, Any]) -> None:
+def test_refuses_a_request_beyond_its_size_limits(held: SessionState, honest: dict[str, Any]) -> None:
     with pytest.raises(FileFormatError, match="more than a request may"):
         answered("hold", honest["hold"], held, Watch(5.0, triangles=5))
     long = to.Trajectory(("joint1", "joint2"), np.linspace(0.0, 9.0, 500), np.zeros((500, 2)))
@@ -151,7 +151,7 @@ def test_no_more_than_a_request_may_hold_is_taken(held: SessionState, honest: di
         answered("drive", request, held, Watch(5.0, points=100))
 
 
-def test_the_robot_is_told_without_where_its_files_are(held: SessionState) -> None:
+def test_the_robot_document_omits_its_file_paths(held: SessionState) -> None:
     text = json.dumps(answered("robot", {}, held).document)
     assert str(held.scene.robot.urdf_path.parent) not in text
     with pytest.raises((FileFormatError, RequestRefused), match="unknown key"):

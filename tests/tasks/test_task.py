@@ -128,9 +128,7 @@ def test_the_trajectory_is_the_whole_task(carried: TaskResult, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("waits", [(), (0.001, 0.3)])
-def test_the_trajectory_of_a_robot_without_jerk_limits_stands_still_between_motions(
-    waits: tuple[float, ...], tmp_path: Path
-) -> None:
+def test_a_robot_without_jerk_limits_rests_between_motions(waits: tuple[float, ...], tmp_path: Path) -> None:
     arm = odd_arm(tmp_path)
     marker = to.Scene(arm).add("marker", to.Box(0.1, 0.1, 0.1), to.placement((2.0, 0.0, 0.0)))
     moves = (MoveTo({"pan": 1.0, "reach": 0.2}), MoveObject("marker", to.placement((3.0, 0.0, 0.0))))

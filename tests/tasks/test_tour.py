@@ -51,7 +51,7 @@ def test_a_tour_has_one_node_of_each_group(seed: int, groups: int, nodes: int) -
 
 @settings(deadline=None, max_examples=100)
 @given(st.floats(0.0, 5.0), st.floats(0.1, 3.0), st.floats(0.1, 20.0))
-def test_the_time_from_rest_to_rest_is_that_of_a_trapezoid(way: float, speed: float, rate: float) -> None:
+def test_the_rest_to_rest_time_matches_a_trapezoidal_profile(way: float, speed: float, rate: float) -> None:
     """The area under the fastest speed profile of that duration is the way."""
     limits = one_joint(speed, rate)
     time = float(travel_time(np.zeros(1), np.array([way]), limits, rests=True))

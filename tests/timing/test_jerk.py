@@ -196,7 +196,7 @@ def test_a_joint_without_jerk_may_stand_still_only() -> None:
     assert refused.joint == "joint1" and "jerk" in refused.reason
 
 
-def test_it_says_which_limits_decide() -> None:
+def test_reports_the_binding_limits() -> None:
     free = timed(make_path([[0.0], [4.0]]), make_limits(1))  # 0.25 s up, 1.75 s at full speed, 0.25 s down
     assert list(free.binding) == ["velocity", "acceleration"]
     assert free.binding["velocity"] == pytest.approx(1.75 / 2.25, abs=0.03)

@@ -146,7 +146,7 @@ def test_a_long_piece_with_its_largest_torque_inside_is_seen() -> None:
 
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10**6))
-def test_the_torque_along_a_path_is_that_of_the_equation_of_motion(seed: int) -> None:
+def test_the_torque_along_a_path_matches_the_equation_of_motion(seed: int) -> None:
     rng = np.random.default_rng(seed)
     path = smooth_path(make_path(np.cumsum(rng.uniform(-0.3, 0.3, (12, 2)), axis=0)), make_limits(2))
     asked: list[int] = []

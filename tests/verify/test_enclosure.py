@@ -168,7 +168,7 @@ def test_a_body_in_a_hollow_is_outside(tmp_path: Path, judge: type[Judge]) -> No
     assert not moved(inverted, judge, [0.0, 1.0], [0.4, 0.41]).verified
 
 
-def test_an_open_surface_has_no_inside_and_says_so(tmp_path: Path, judge: type[Judge]) -> None:
+def test_an_open_surface_has_no_inside_and_reports_it(tmp_path: Path, judge: type[Judge]) -> None:
     scene = slide(tmp_path, without_lid(1.0))
     certificate = moved(scene, judge, [0.0, 1.0], [0.0, 0.2])
     assert certificate.verified, str(certificate)

@@ -106,7 +106,7 @@ def test_meant_contact_is_free_of_it_in_its_window_only(tmp_path: Path, judge: t
 
 
 @pytest.mark.parametrize("judge", JUDGES)
-def test_random_motions_are_judged_as_a_formula_says(tmp_path: Path, judge: type[Judge]) -> None:
+def test_verdicts_on_random_motions_match_a_formula(tmp_path: Path, judge: type[Judge]) -> None:
     rng = np.random.default_rng(11)
     verdicts: list[bool] = []
     empty = gantry(tmp_path)

@@ -116,7 +116,7 @@ def test_any_interpolation_is_judged(planar: ReducedModel, seed: int) -> None:
         assert not tool_checks(planar, trajectory, refused)[0].holds
 
 
-def test_a_frame_that_stands_still_has_no_speed(planar: ReducedModel) -> None:
+def test_a_frame_at_rest_has_no_speed(planar: ReducedModel) -> None:
     (check,) = tool_checks(
         planar, quintic(planar, [[0.1, 0.2], [1.0, 1.0]], 1.0), to.tool_speed("base", linear=0.1)
     )

@@ -101,7 +101,7 @@ def test_the_chain_between_two_frames(tmp_path: Path) -> None:
     assert relative_chain(kinematics, 2, 0) == ((2, 1), 2)
 
 
-def test_a_frame_seen_from_itself_stands_still(tmp_path: Path) -> None:
+def test_a_frame_relative_to_itself_does_not_move(tmp_path: Path) -> None:
     motion = motion_of(tmp_path, 0)
     moving = RelativeMotion(motion, "d", reference="d", offset=np.zeros(3))
     bounds = moving.bounds(np.array([0.0]), np.array([2.0]))

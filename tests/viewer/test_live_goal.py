@@ -44,14 +44,14 @@ def test_the_posture_follows_a_drag_without_a_jump(bench: Workbench) -> None:
         assert np.abs(bench.goal.positions - before).max() < 0.3, step
 
 
-def test_a_goal_within_something_is_in_collision_and_says_with_what(bench: Workbench) -> None:
+def test_a_colliding_goal_names_the_obstacle(bench: Workbench) -> None:
     bench.move_hand(to.placement((0.5, 0.3, 0.4), rpy=(3.1416, 0.0, 0.0)))
     assert bench.goal.reachability is Reachability.COLLIDING
     assert bench.goal.words.startswith("In collision: ") and "post" in bench.goal.words
     assert bench.refusal == "the goal is in collision"
 
 
-def test_a_goal_too_far_is_out_of_reach_and_says_by_how_much(bench: Workbench) -> None:
+def test_an_unreachable_goal_reports_its_distance(bench: Workbench) -> None:
     bench.move_hand(moved(bench, (2.0, 0.0, 0.0)))
     assert bench.goal.reachability is Reachability.OUT_OF_REACH
     assert "no nearer than 1." in bench.goal.words and " m" in bench.goal.words

@@ -52,7 +52,7 @@ def plan(live: LiveView) -> None:
     assert live.settle(PATIENCE)
 
 
-def test_dragging_the_hand_asks_for_a_goal(live: LiveView) -> None:
+def test_dragging_the_hand_requests_a_goal(live: LiveView) -> None:
     assert live._motion._plan.refusal, "the robot is there already"
     drag(live, lifted(live))
     assert live.goal.reachability is Reachability.REACHABLE and not live._motion._plan.refusal

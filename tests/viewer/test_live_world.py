@@ -75,7 +75,7 @@ def test_an_attached_object_moves_with_the_robot(live: LiveView) -> None:
     np.testing.assert_allclose(drawn.position, hand + BELOW, atol=2e-3)
 
 
-def test_the_motion_is_executed_and_the_robot_stands_there(live: LiveView) -> None:
+def test_the_motion_is_executed_and_the_robot_rests_at_its_end(live: LiveView) -> None:
     assert live._drive._execute.refusal == "there is no motion yet"
     drag(live, lifted(live))
     plan(live)

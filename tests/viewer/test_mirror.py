@@ -57,7 +57,7 @@ def shows(mirror: MirrorView, positions: np.ndarray) -> bool:
     return bool(np.allclose(mirror.state.positions, positions, atol=1e-12))
 
 
-def test_a_run_is_mirrored_while_it_goes_on(problem: to.Problem, publisher: RunPublisher) -> None:
+def test_a_run_is_mirrored_while_it_executes(problem: to.Problem, publisher: RunPublisher) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     mirror = mirror_view(publisher.url, port=free_port())
     try:

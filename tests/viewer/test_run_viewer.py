@@ -129,7 +129,7 @@ def test_the_latest_events_are_listed_first(recording: Recording) -> None:
     assert "none yet" in events_html((), 2)
 
 
-def test_a_run_is_shown_while_it_goes_on(problem: to.Problem) -> None:
+def test_a_run_is_shown_while_it_executes(problem: to.Problem) -> None:
     opened = watch_run(problem, port=free_port())
     try:
         assert opened.moment is None
@@ -149,7 +149,7 @@ def test_a_run_is_shown_while_it_goes_on(problem: to.Problem) -> None:
         opened.close()
 
 
-def test_a_recording_is_not_looked_at(viewer: RunViewer, problem: to.Problem) -> None:
+def test_refuses_a_recording_as_the_observed_world(viewer: RunViewer, problem: to.Problem) -> None:
     with pytest.raises(ProblemError, match="shows a recording"):
         driven(problem, viewer.look, cycles=1)
 

@@ -65,7 +65,7 @@ def status(url: str, **headers: str) -> int:
     return httpx.get(url, headers=headers).status_code
 
 
-def test_the_page_asks_for_its_secret_origin_and_host(server: Serving, session: Session) -> None:
+def test_the_page_requires_its_secret_origin_and_host(server: Serving, session: Session) -> None:
     with opened(server, session.id) as found:
         assert server.port < found["port"] <= server.port + 2 and found["group"] == "all"
         at = f"http://127.0.0.1:{found['port']}"
@@ -203,7 +203,7 @@ def test_in_a_browser_a_goal_is_planned_for(server: Serving, session: Session, b
     frame.get_by_text("All joints keep their limits").wait_for()
 
 
-def test_in_a_browser_a_page_that_cannot_open_says_why(browser_page: "Page") -> None:
+def test_a_page_that_cannot_open_shows_the_reason_in_a_browser(browser_page: "Page") -> None:
     with serving() as bare:
         browser_page.goto(bare.url)
         browser_page.get_by_text("no operation 'viewer/page'").wait_for()

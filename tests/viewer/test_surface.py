@@ -57,7 +57,7 @@ def test_every_shape_but_the_plane_is_covered() -> None:
     assert {type(row[0]) for row in VOLUMES} | {Plane} == set(to.values.shapes.shapes.Shape.__args__)
 
 
-def test_plane_looks_up_and_lies_below_its_surface() -> None:
+def test_the_plane_mesh_faces_up_and_lies_below_its_surface() -> None:
     skin = surface(Plane())
     corners = skin.vertices[skin.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -90,7 +90,9 @@ def test_two_viewers_get_two_ports(motion: Motion, viewer: Viewer) -> None:
         second.close()
 
 
-def test_missing_extra_says_how_to_get_it(motion: Motion, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_extra_error_explains_how_to_install_it(
+    motion: Motion, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
     with pytest.raises(MissingExtra, match=r"trajopt-planner\[view\]"):
         view(motion.reduced, motion.trajectory)

@@ -104,7 +104,7 @@ def test_the_price_in_seconds_of_a_velocity_limit(arm: to.Robot) -> None:
     assert price.seconds == pytest.approx(0.01 * result.trajectory.duration, rel=0.15)
 
 
-def test_the_price_in_seconds_of_a_margin_is_that_of_planning_again(pillar: to.Scene) -> None:
+def test_the_price_of_a_margin_in_seconds_matches_planning_again(pillar: to.Scene) -> None:
     asked = problem(pillar)
     result = to.plan(asked)
     found = [price for price in prices(result, seconds=True) if "pillar" in price.what]

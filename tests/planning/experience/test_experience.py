@@ -242,7 +242,7 @@ def test_a_path_from_elsewhere_is_remembered_like_a_motion(learnt: Experience) -
     assert told.storage.all()[1].knots.shape == learnt.storage.all()[1].knots.shape
 
 
-def test_a_path_that_takes_the_last_place_takes_that_of_the_oldest() -> None:
+def test_a_full_store_replaces_its_oldest_path() -> None:
     experience = Experience(most=2)
     for end in (0.3, 0.9, 1.4):
         assert experience.remember(problem(end=end), [[0.0, 0.4], [end, 0.4]])

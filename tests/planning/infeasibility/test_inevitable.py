@@ -73,7 +73,7 @@ def test_reachable_boxes_contain_all_motions_within_the_limits(seed: int) -> Non
         assert place <= farthest(time + step, speed, gain, fastest, hardest, jerk) + 1e-9
 
 
-def test_the_bound_is_that_of_the_hardest_motion() -> None:
+def test_the_bound_equals_the_travel_of_the_fastest_motion() -> None:
     # Jerk 10 to 2 m/s^2 in 0.2 s, on to 1 m/s after 0.6 s, then evenly.
     times = np.linspace(0.0, 1.0, 100_001)
     acceleration = np.minimum(10.0 * times, 2.0)

@@ -66,7 +66,7 @@ def test_the_bound_holds_at_all_configurations() -> None:
     assert not never_apart(reduced, {NEAR: 0.9 * float(measured.max())}, WorkCounts())
 
 
-def test_only_the_joints_between_are_looked_at() -> None:
+def test_only_the_joints_between_two_links_are_searched() -> None:
     reduced, counts = arm(to.Scene(ur5().robot)).reduced, WorkCounts()
     assert never_apart(reduced, {NEAR: 0.1}, counts)
     assert counts.forward_kinematics < 60_000, "of six joints two count"

@@ -40,7 +40,7 @@ def test_a_fast_obstacle_that_sweeps_the_start_is_inevitable(planar_arm: to.Robo
     assert code_of(result).val == MoveItErrorCodes.START_STATE_IN_COLLISION
 
 
-def test_the_proof_comes_before_a_motion_is_looked_for(
+def test_the_infeasibility_proof_precedes_the_search(
     planar_arm: to.Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def tried(*_: object, **__: object) -> None:

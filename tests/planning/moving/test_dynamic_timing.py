@@ -54,7 +54,7 @@ def test_it_passes_one_gate_before_it_closes_and_stops_until_the_next_opens(tabl
     assert found.duration <= motion.duration, "or another way, if that is sooner"
 
 
-def test_with_a_limited_tool_it_stops_on_its_way_and_says_where_and_for_what(table: to.Scene) -> None:
+def test_with_a_tool_speed_limit_a_remark_names_the_stop_and_its_obstacle(table: to.Scene) -> None:
     scene = gate(gate(table, "early", -0.35, appears=0.6, expires=5.0), "late", 0.25, expires=1.8)
     asked = replace(problem(scene), tool_speed=to.tool_speed("panda_hand", linear=1.2))
     result = to.plan(asked)

@@ -88,7 +88,7 @@ def test_without_dwell_it_ends_as_it_meets(cell: to.Scene) -> None:
     check_followed(replace(problem, dwell=2.5 * STEP), motion, 0.12)
 
 
-def test_it_goes_on_from_the_meeting(cell: to.Scene) -> None:
+def test_the_next_motion_continues_from_the_meeting(cell: to.Scene) -> None:
     problem = asked(belt(cell), dwell=0.2)
     motion = to.plan(problem).require().trajectory
     end, names = motion.duration, motion.joint_names

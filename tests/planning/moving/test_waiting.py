@@ -50,7 +50,7 @@ def one_by_one(checks: SampledChecks, motion: to.Trajectory, dwell: float) -> It
 
 
 @pytest.mark.parametrize("dwell", [0.0, 0.4])
-def test_beginnings_are_those_of_looks_at_each_by_itself(arm: to.Robot, dwell: float) -> None:
+def test_start_times_match_a_check_of_each_one_alone(arm: to.Robot, dwell: float) -> None:
     waited = looked_at = looked_at_each = 0
     for seed in range(12):
         rng = np.random.default_rng(seed)

@@ -51,7 +51,7 @@ def test_joints_go_by_their_names(solved: to.Result) -> None:
     np.testing.assert_array_equal(one.require().trajectory.positions, other.require().trajectory.positions)
 
 
-def test_a_useless_path_costs_an_attempt_and_no_more(solved: to.Result) -> None:
+def test_a_useless_path_costs_only_one_attempt(solved: to.Result) -> None:
     rng = np.random.default_rng(3)
     wild = rng.uniform(-3.0, 3.0, (9, len(solved.problem.reduced.joint_names)))
     result = to.plan(solved.problem, seeds=[wild])

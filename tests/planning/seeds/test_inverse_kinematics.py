@@ -77,7 +77,7 @@ def test_the_blocking_pair_is_named(scene: to.Scene) -> None:
     assert found.blocking is not None and "block" in found.blocking[:2] and found.blocking[2] < 0.0
 
 
-def test_out_of_reach_says_by_how_much(scene: to.Scene) -> None:
+def test_reports_the_distance_of_an_unreachable_goal(scene: to.Scene) -> None:
     goal = to.frame_placement("tip", to.placement((3.0, 0, 0)), rotation_tolerance=np.inf)
     _, found = search(scene, goal)
     assert not found.free and found.colliding == 0

@@ -50,7 +50,7 @@ def names(whole: SpaceTimeProgram) -> tuple[str, ...]:
     return whole.problem.reduced.joint_names
 
 
-def test_a_path_is_clear_when_it_says_and_becomes_a_motion(swept: to.Scene) -> None:
+def test_a_path_is_clear_at_its_times_and_becomes_a_motion(swept: to.Scene) -> None:
     whole = program(swept)
     paths = [searched(stage(whole), names(whole), np.random.default_rng(3)) for _ in range(2)]
     path, again = paths

@@ -71,7 +71,7 @@ def test_occlusions_between_samples_are_detected(model: ReducedModel) -> None:
     assert judged(model, -1.0, 3.0, 0.01, "box", "ball")[0].subject == "eye past floor"
 
 
-def test_a_plan_looks_past_a_post() -> None:
+def test_a_plan_keeps_the_line_of_sight_past_a_post() -> None:
     panda = to.load("panda")
     start = {"panda_joint2": -0.785, "panda_joint4": -2.356, "panda_joint6": 1.571, "panda_joint7": 0.785}
     scene = to.Scene(panda).add("ball", to.Sphere(0.03), to.placement((0.42, 0.2, 0.25)))

@@ -31,7 +31,7 @@ def test_points_without_velocities_are_driven_through(simulated: World, off: flo
     assert arm.get_last_outcome().reached
 
 
-def test_what_does_not_end_at_rest_is_refused(simulated: World) -> None:
+def test_refuses_a_motion_that_does_not_end_at_rest(simulated: World) -> None:
     arm, times = MoveGroupCommander("arm"), np.array((0.0, 1.0))
     positions = np.array(((0.5, -1.0, 0.2), (0.4, -1.0, 0.2)))
     motion = message(arm, times, positions, velocities=np.array(((0.0, 0.0, 0.0), (-0.2, 0.0, 0.0))))
@@ -90,7 +90,7 @@ def test_a_motion_is_stopped_after_another_was_refused(timed: World, clock: Cloc
     assert np.abs(timed.executor.state().velocities).max() < 1e-3
 
 
-def test_a_fault_is_told_and_nothing_moves_until_it_is_cleared(timed: World, clock: Clock) -> None:
+def test_a_fault_is_reported_and_blocks_motion_until_cleared(timed: World, clock: Clock) -> None:
     arm = MoveGroupCommander("arm", world=timed)
     arm.go("straight", wait=False)
     clock.now += 0.5

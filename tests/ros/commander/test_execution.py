@@ -19,7 +19,7 @@ from trajopt.ros.commander import (
 from trajopt.ros.commander.conversions import stamped
 
 
-def test_go_ends_at_the_goal_and_says_how_near(simulated: World) -> None:
+def test_go_ends_at_the_goal_and_reports_the_distance(simulated: World) -> None:
     arm = MoveGroupCommander("arm")
     assert arm.get_last_outcome() is None
     arm.set_named_target("straight")
@@ -54,7 +54,7 @@ def test_short_of_the_goal_is_not_reached(lab_arm: to.Robot) -> None:
     assert not outcome.reached
 
 
-def test_no_plan_is_not_executed_and_says_why(jumping: World) -> None:
+def test_refuses_to_execute_a_missing_plan_with_a_reason(jumping: World) -> None:
     arm = MoveGroupCommander("arm")
     arm.set_pose_target([3.0, 0, 0.1, 0, 0, 0])
     assert arm.go() is False
@@ -119,7 +119,7 @@ def test_stop_leaves_the_arm_where_it_stopped(timed: World, clock: Clock) -> Non
     assert arm.go("straight")
 
 
-def test_stopping_what_has_ended_or_never_began(timed: World, clock: Clock) -> None:
+def test_stop_accepts_a_motion_that_ended_or_never_began(timed: World, clock: Clock) -> None:
     arm = MoveGroupCommander("arm", world=timed)
     arm.stop()
     assert arm.get_last_outcome() is None
@@ -194,7 +194,7 @@ def test_carrying(simulated: World) -> None:
         arm.detach_object("prt")
 
 
-def test_a_robot_without_masses_says_so(tmp_path: object, planar_arm: to.Robot) -> None:
+def test_reports_a_robot_without_masses(tmp_path: object, planar_arm: to.Robot) -> None:
     arm = MoveGroupCommander("arm", world=World(planar_arm))
     with pytest.raises(MoveItCommanderException, match="moves no mass"):
         arm.go([0.1, 0.2])

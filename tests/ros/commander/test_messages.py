@@ -90,7 +90,7 @@ def test_messages_of_ros_are_taken(lab_arm: to.Robot, make: type) -> None:
     assert scene.get_known_object_names() == ["box"]
 
 
-def test_what_is_no_message() -> None:
+def test_refuses_values_that_are_not_messages() -> None:
     with pytest.raises(to.TrajoptError, match="set_path_constraints: 3j is not a message"):
         document_of([3j], "set_path_constraints")
 
@@ -173,7 +173,7 @@ def test_moments_and_spans(monkeypatch: pytest.MonkeyPatch) -> None:
     assert now[0] == pytest.approx(105.2)
 
 
-def test_what_scripts_call_of_rospy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_rospy_stand_in_has_the_calls_of_scripts(monkeypatch: pytest.MonkeyPatch) -> None:
     slept: list[float] = []
     monkeypatch.setattr(rospy.time, "sleep", slept.append)
     rospy.init_node("script", anonymous=True)

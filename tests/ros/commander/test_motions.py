@@ -67,7 +67,7 @@ def test_after_a_jump_threshold_comes_whether_to_avoid(
     assert (arm.compute_cartesian_path(line(arm, 0.35), 0.01, *words)[1] == 1.0) is reached
 
 
-def test_a_line_ends_where_its_path_constraints_hold_no_longer(arm: MoveGroupCommander) -> None:
+def test_a_line_ends_where_its_path_constraints_fail(arm: MoveGroupCommander) -> None:
     whole, _ = arm.compute_cartesian_path(line(arm, 0.3), 0.01)
     names, points = whole.joint_trajectory.joint_names, whole.joint_trajectory.points
     joint = int(np.argmax(np.abs(np.subtract(points[-1].positions, points[0].positions))))
@@ -82,7 +82,7 @@ def test_a_line_ends_where_its_path_constraints_hold_no_longer(arm: MoveGroupCom
     assert arm.compute_cartesian_path(line(arm, 0.3), 0.01, path_constraints=Constraints())[1] == 1.0
 
 
-def test_a_line_that_is_blocked_says_by_what(arm: MoveGroupCommander, jumping: World) -> None:
+def test_a_blocked_line_names_its_obstacle(arm: MoveGroupCommander, jumping: World) -> None:
     scene = PlanningSceneInterface(world=jumping)
     x, y = arm.get_current_pose().pose.position.x, arm.get_current_pose().pose.position.y
     scene.add_box("wall", stamped(placement((x, y + 0.3, 0.1)), "base"), (0.4, 0.05, 0.3))
@@ -145,7 +145,7 @@ def test_a_grasp_that_a_script_gives(panda: MoveGroupCommander) -> None:
     assert panda.get_last_outcome() is None
 
 
-def test_no_way_is_told(panda: MoveGroupCommander) -> None:
+def test_reports_that_no_path_exists(panda: MoveGroupCommander) -> None:
     far = Grasp(pre_grasp_posture=fingers(0.08), grasp_posture=fingers(0.05))
     far.grasp_pose = stamped(placement((3.0, 0.0, 0.3)), "panda_link0")
     assert panda.pick("box", [far]) == MoveItErrorCodes.PLANNING_FAILED

@@ -66,7 +66,7 @@ def test_a_script_of_our_own(
     assert jumping.scene.objects == {}
 
 
-def test_a_script_that_asks_for_more_is_told_what_there_is(jumping: World, tmp_path: Path) -> None:
+def test_a_missing_stand_in_error_lists_the_available_ones(jumping: World, tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     for text, said in (
         ("from rclpy.node import Node", "line 1: No module named 'rclpy.node'; stand-ins exist for"),
@@ -115,7 +115,7 @@ def test_goals(robot: MoveItPy, jumping: World) -> None:
         robot.execute("arm")
 
 
-def test_speed_is_that_of_the_parameters(robot: MoveItPy) -> None:
+def test_the_parameters_set_the_speed(robot: MoveItPy) -> None:
     arm, slow = robot.get_planning_component("arm"), PlanRequestParameters(robot)
     slow.max_velocity_scaling_factor = slow.max_acceleration_scaling_factor = 0.25
     arm.set_goal_state(configuration_name="straight")
@@ -177,7 +177,7 @@ def test_random_positions_are_within_limits_and_free(robot: MoveItPy, state: Rob
     assert {name for name, at in state.joint_positions.items() if at != held[name]} == {"wrist"}
 
 
-def test_inverse_kinematics_leaves_a_state_as_it_was_if_there_is_no_solution(state: RobotState) -> None:
+def test_inverse_kinematics_without_a_solution_leaves_the_state_unchanged(state: RobotState) -> None:
     state.joint_positions = {"shoulder": 0.3, "elbow": 0.6, "wrist": -0.2}
     wanted = state.get_pose("hand")
     state.joint_positions = STRAIGHT

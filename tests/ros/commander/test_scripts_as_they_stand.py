@@ -84,14 +84,14 @@ def written(folder: Path, text: str) -> Path:
         ),
     ],
 )
-def test_what_cannot_be_stood_in_for_says_so(world: World, tmp_path: Path, text: str, said: str) -> None:
+def test_reports_a_call_without_a_stand_in(world: World, tmp_path: Path, text: str, said: str) -> None:
     before = state_of_the_process()
     with pytest.raises(MoveItCommanderException, match=said):
         run_script(written(tmp_path, text), world=world)
     assert state_of_the_process() == before
 
 
-def test_scripts_may_look_what_there_is(world: World, tmp_path: Path) -> None:
+def test_scripts_can_probe_for_available_names(world: World, tmp_path: Path) -> None:
     text = (
         "import rospy\nassert not hasattr(rospy, 'Subscriber')\nassert hasattr(rospy, 'Publisher')\n"
         "from std_msgs.msg import Empty\nrospy.Publisher('/beat', Empty).publish(Empty())\n"
@@ -131,7 +131,7 @@ def test_words_of_older_scripts(
     assert [line.split("'")[1] for line in warned] == ["RRTstar", "ompl", "cup"]
 
 
-def test_what_is_published_about_the_scene_changes_it(world: World, tmp_path: Path) -> None:
+def test_published_scene_messages_change_the_scene(world: World, tmp_path: Path) -> None:
     text = (
         "import rospy, moveit_commander, moveit_msgs.msg as m, geometry_msgs.msg as g\n"
         "scene = moveit_commander.PlanningSceneInterface()\n"

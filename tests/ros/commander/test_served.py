@@ -92,7 +92,7 @@ def test_the_answer_is_the_one_of_a_world_here(lab_arm: to.Robot, lab_server: Se
     assert its.problem.scene is world.scene
 
 
-def test_why_there_is_no_plan_is_told_as_here(lab_arm: to.Robot, lab_server: Serving) -> None:
+def test_a_served_world_explains_failures_like_a_local_one(lab_arm: to.Robot, lab_server: Serving) -> None:
     with World(url=lab_server.url) as world:
         explained: list[str] = []
         for each in (World(lab_arm), world):

@@ -229,7 +229,7 @@ def test_a_bad_start_is_named(arm: MoveGroupCommander, jumping: World) -> None:
         ),
     ],
 )
-def test_misuse_raises_at_once(arm: MoveGroupCommander, misuse: Callable[..., None], said: str) -> None:
+def test_misuse_raises_immediately(arm: MoveGroupCommander, misuse: Callable[..., None], said: str) -> None:
     before = arm.construct_motion_plan_request()
     with pytest.raises(MoveItCommanderException, match=said):
         misuse(arm)

@@ -34,7 +34,7 @@ def test_without_a_world(kind: type) -> None:
         kind()
 
 
-def test_every_group_stands_in_its_first_named_state(lab_arm: to.Robot) -> None:
+def test_every_group_starts_in_its_first_named_state(lab_arm: to.Robot) -> None:
     assert World(lab_arm).positions.tolist() == [0.5, -1.0, 0.2]
     assert World(lab_arm, start="straight").positions.tolist() == [0.0, 0.0, 0.0]
     assert World(lab_arm, start={"elbow": 0.3}).positions.tolist() == [0.0, 0.3, 0.0]
@@ -75,6 +75,6 @@ def test_leaving_the_block_stops_the_robot(lab_arm: to.Robot) -> None:
     assert np.abs(world.positions - lab_arm.positions("bent")).max() < 0.2
 
 
-def test_there_is_no_middleware_to_start() -> None:
+def test_starting_the_middleware_does_nothing() -> None:
     roscpp_initialize(["script.py"])
     roscpp_shutdown()

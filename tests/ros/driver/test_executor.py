@@ -96,7 +96,7 @@ def test_a_goal_holds_the_rest_of_the_motion_under_way(url: str) -> None:
         assert arm.state().positions == pytest.approx((0.6, -0.9, 0.2)) and arm.fault() == ""
 
 
-def test_what_the_controller_refuses_is_a_fault(url: str) -> None:
+def test_a_command_refused_by_the_controller_is_a_fault(url: str) -> None:
     with driven(url) as (arm, controller):
         controller.broken = "joint limits"
         assert arm.splice(motion(BEGIN, (0.6, -1.0, 0.2)), arm.now() + 2.0 * LATENCY) == ""
@@ -197,7 +197,7 @@ def test_a_connection_that_is_lost_is_a_fault() -> None:
             arm.clear_fault()
 
 
-def test_refuses_what_it_cannot_drive(url: str) -> None:
+def test_refuses_trajectories_it_cannot_drive(url: str) -> None:
     with pytest.raises(ExecutionError, match=r"cannot connect to 'ws://127\.0\.0\.1:9'"):
         executor("ws://127.0.0.1:9")
     with pytest.raises(ExecutionError, match="cannot connect"):

@@ -55,7 +55,7 @@ def test_a_trajectory_is_executed_and_the_robot_is_there(tmp_path: Path) -> None
     talk(tmp_path, test)
 
 
-def test_a_controller_tells_where_it_is_and_stops_when_it_is_told_to(tmp_path: Path) -> None:
+def test_a_controller_reports_its_position_and_stops_on_request(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         trajectory = await planned(client, *END)
         motion = {"trajectory": trajectory["joint_trajectory"]}
@@ -150,7 +150,7 @@ def test_move_group_plans_and_moves(tmp_path: Path) -> None:
     talk(tmp_path, test)
 
 
-def test_what_is_no_goal(tmp_path: Path) -> None:
+def test_refuses_an_invalid_goal(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         for action, args, kind, said in (
             ("/fly", {}, "", "no action /fly"),

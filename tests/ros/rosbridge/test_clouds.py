@@ -70,7 +70,7 @@ def test_a_cloud_on_a_topic_is_an_obstacle_until_the_next(tmp_path: Path) -> Non
     talk(tmp_path, test, clouds=(TOPIC,))
 
 
-def test_without_being_told_nothing_is_an_obstacle(tmp_path: Path) -> None:
+def test_clouds_are_not_obstacles_by_default(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         await client.say(op="advertise", topic=TOPIC, type="sensor_msgs/PointCloud2")
         await client.say(op="publish", topic=TOPIC, msg=cloud(wall(1.05)))
@@ -122,7 +122,7 @@ def test_rows_numbers_and_bytes_in_any_order() -> None:
         ({"eval": "1"}, "no field"),
     ],
 )
-def test_what_is_no_cloud_is_refused(change: dict[str, Any], said: str) -> None:
+def test_refuses_a_message_that_is_not_a_cloud(change: dict[str, Any], said: str) -> None:
     with pytest.raises(FileFormatError, match=said):
         points_of(decode(PointCloud2, {**cloud([[1.0, 2.0, 3.0]]), **change}))
 

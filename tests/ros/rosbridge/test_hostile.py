@@ -129,7 +129,7 @@ def test_each_call_is_answered_with_a_reason(tmp_path: Path) -> None:
     talk(tmp_path, test, limits=FEW)
 
 
-def test_what_is_too_large_is_cut_off(tmp_path: Path) -> None:
+def test_disconnects_a_client_that_sends_too_large_a_message(tmp_path: Path) -> None:
     async def run() -> None:
         async with bridged(tmp_path) as bridge:
             for large in ("x" * (FEW.body + 1), b"\xff\xfe"):
@@ -174,7 +174,7 @@ def test_one_client_cannot_take_all_there_is(tmp_path: Path) -> None:
     asyncio.run(asyncio.wait_for(run(), 100.0))
 
 
-def test_who_reads_nothing_holds_up_nobody(tmp_path: Path) -> None:
+def test_a_client_that_reads_nothing_does_not_block_others(tmp_path: Path) -> None:
     async def run() -> None:
         async with bridged(tmp_path) as bridge, bridge.client() as deaf, bridge.client() as client:
             await deaf.say(op="subscribe", topic="/noise", type="std_msgs/String")
@@ -198,7 +198,7 @@ class Gone:
         raise ConnectionClosedError(None, None)
 
 
-def test_who_is_gone_while_much_is_to_be_told_is_forgotten() -> None:
+def test_forgets_a_client_that_leaves_with_messages_pending() -> None:
     bridge: Any = SimpleNamespace(
         clients=set(), options=SimpleNamespace(connections=4), largest=1000, leave=lambda _: None
     )

@@ -82,7 +82,7 @@ def test_packages_are_those_of_the_robots_meshes(tmp_path: Path) -> None:
     assert described.file("arm_description/../arm.urdf") is None
 
 
-def test_a_description_that_is_no_text(tmp_path: Path) -> None:
+def test_refuses_a_description_that_is_not_text(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ValueError, match="cannot be read"):
         RobotDescription.read(tmp_path / "arm.urdf")

@@ -164,7 +164,7 @@ def test_straight_lines(tmp_path: Path) -> None:
     talk(tmp_path, test)
 
 
-def test_straight_lines_end_where_path_constraints_hold_no_longer(tmp_path: Path) -> None:
+def test_straight_lines_end_where_path_constraints_fail(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         bent = state(0.5, 1.0, 0.2, is_diff=True)
         place = await client.call("/compute_fk", {"fk_link_names": ["hand"], "robot_state": bent})
@@ -198,7 +198,7 @@ def test_straight_lines_end_where_path_constraints_hold_no_longer(tmp_path: Path
     talk(tmp_path, test)
 
 
-def test_what_a_request_has_the_robot_carry_counts_for_it(tmp_path: Path) -> None:
+def test_objects_attached_by_a_request_count_for_that_request(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         pole = {
             "id": "pole", "header": {"frame_id": "hand"},
@@ -239,7 +239,7 @@ def test_what_a_request_has_the_robot_carry_counts_for_it(tmp_path: Path) -> Non
     talk(tmp_path, test)
 
 
-def test_what_is_left_out_of_a_request_is_said(tmp_path: Path) -> None:
+def test_reports_the_ignored_parts_of_a_request(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         odd = {"joint_state": {"name": ["wheel"], "position": [1.0]}, "is_diff": True}
         more = {"max_cartesian_speed": 0.1, "planner_id": "RRTConnect", "start_state": odd}

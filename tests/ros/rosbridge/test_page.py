@@ -11,7 +11,7 @@ PAGE = (Path(__file__).parents[3] / "docs" / "from-compas-fab.md").read_text()
 ROWS = dict(re.findall(r"^\| ([A-Z_]+) \| (.*) \|$", PAGE, re.MULTILINE))
 
 
-def test_every_status_has_the_code_that_the_page_says() -> None:
+def test_every_status_has_the_code_given_on_the_page() -> None:
     told = {
         status: getattr(MoveItErrorCodes, code)
         for code, row in ROWS.items()
@@ -20,6 +20,6 @@ def test_every_status_has_the_code_that_the_page_says() -> None:
     assert told == {status.name: code for status, code in CODES.items()}
 
 
-def test_every_service_topic_and_action_is_told() -> None:
+def test_the_page_lists_every_service_topic_and_action() -> None:
     for name in (*SERVICES, *ACTIONS, *EDITS):
         assert f"`{name}`" in PAGE, name

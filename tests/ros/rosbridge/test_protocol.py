@@ -10,7 +10,7 @@ from tests.ros.rosbridge.bridged import Client, bridged, talk
 from trajopt.ros.rosbridge import Distro, RosbridgeOptions
 
 
-def test_what_a_client_publishes_is_heard_once_by_each(tmp_path: Path) -> None:
+def test_each_subscriber_receives_a_published_message_once(tmp_path: Path) -> None:
     async def run() -> None:
         async with bridged(tmp_path) as bridge, bridge.client() as one, bridge.client() as other:
             for client in (one, other):
@@ -122,7 +122,7 @@ def test_messages_in_pieces(tmp_path: Path) -> None:
     talk(tmp_path, test)
 
 
-def test_a_message_in_many_pieces_is_told_as_a_whole(tmp_path: Path) -> None:
+def test_a_fragmented_message_is_reassembled(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         told = {"data": "x" * 5000}
         await client.say(op="advertise", topic="/long", type="std_msgs/String")
@@ -137,7 +137,7 @@ def test_a_message_in_many_pieces_is_told_as_a_whole(tmp_path: Path) -> None:
     talk(tmp_path, test)
 
 
-def test_what_the_server_tells_of_itself(tmp_path: Path) -> None:
+def test_the_server_describes_itself(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         assert await client.call("/rosapi/get_ros_version") == {"version": 2, "distro": "jazzy"}
         assert (await client.call("/rosapi/get_time"))["time"]["sec"] > 1.6e9
@@ -189,7 +189,7 @@ def test_as_noetic_it_writes_as_ros_1_does(tmp_path: Path) -> None:
     talk(tmp_path, test, distro=Distro.NOETIC)
 
 
-def test_how_much_is_told_is_chosen(tmp_path: Path) -> None:
+def test_the_client_selects_the_status_level(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         await client.say(op="set_level", level="none")
         await client.say(op="hop")

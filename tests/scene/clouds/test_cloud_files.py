@@ -62,7 +62,7 @@ def test_points_are_read(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_a_cut_file_is_a_typed_error_or_fewer_bytes_of_what_is_not_read(tmp_path: Path, name: str) -> None:
+def test_a_truncated_file_raises_a_typed_error_or_lacks_only_unread_bytes(tmp_path: Path, name: str) -> None:
     whole = FILES[name]
     for end in range(0, len(whole), max(1, len(whole) // 60)):
         (tmp_path / name).write_bytes(whole[:end])

@@ -34,7 +34,7 @@ def test_a_missing_file_is_made_only_where_that_is_meant(tmp_path: Path) -> None
         assert new.find() == ()
 
 
-def test_what_is_no_database_is_refused(tmp_path: Path) -> None:
+def test_refuses_a_file_that_is_not_a_database(tmp_path: Path) -> None:
     (tmp_path / "text").write_text("no database at all, but long enough to be looked at" * 100)
     with pytest.raises(FileFormatError, match="is not a warehouse"):
         Warehouse(tmp_path / "text")
@@ -141,7 +141,7 @@ def test_pages_that_were_overwritten_are_named(path: Path) -> None:
         Warehouse(path).find()
 
 
-def test_what_cannot_be_written_leaves_nothing_behind(
+def test_a_failed_write_leaves_no_file(
     kept: Warehouse, cell: to.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept.add("cell", cell)

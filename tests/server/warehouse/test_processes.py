@@ -35,7 +35,7 @@ def test_threads_of_one_process_take_turns(kept: Warehouse) -> None:
 
 
 @pytest.mark.timeout(120)
-def test_two_that_make_the_file_at_once_make_one(tmp_path: Path) -> None:
+def test_two_processes_creating_the_file_together_create_one(tmp_path: Path) -> None:
     path = tmp_path / "new.warehouse"
     begun = [
         subprocess.Popen(
@@ -73,14 +73,14 @@ print(*sorted(entry.name for entry in kept.find()))
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here")
-def test_what_a_forked_process_keeps_is_not_lost_when_its_parent_closes_the_file(tmp_path: Path) -> None:
+def test_a_forked_process_loses_no_entry_when_its_parent_closes_the_file(tmp_path: Path) -> None:
     run_here = [sys.executable, "-c", FORKED, str(tmp_path / "kept.warehouse")]
     told = subprocess.run(run_here, cwd=ROOT, capture_output=True, text=True, timeout=100, check=True)
     assert told.stdout.split() == ["after", "before", "beside"]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here")
-def test_a_forked_process_opens_the_file_anew(kept: Warehouse) -> None:
+def test_a_forked_process_reopens_the_file(kept: Warehouse) -> None:
     kept.add("home", StoredState("arm", {"joint": 0.0}))
     child = os.fork()
     if child == 0:

@@ -157,7 +157,7 @@ def test_a_name_of_two_kinds_needs_its_kind(kept: Warehouse, cell: to.Scene, sol
 
 
 @pytest.mark.parametrize("name", ["", "  ", "a\nb", "x" * 201])
-def test_names_that_nobody_can_type_are_refused(kept: Warehouse, cell: to.Scene, name: str) -> None:
+def test_refuses_names_that_cannot_be_typed(kept: Warehouse, cell: to.Scene, name: str) -> None:
     with pytest.raises(ModelError, match="name must be"):
         kept.add(name, cell)
     with pytest.raises(ModelError, match="tag must be"):
@@ -165,7 +165,7 @@ def test_names_that_nobody_can_type_are_refused(kept: Warehouse, cell: to.Scene,
     assert kept.find() == ()
 
 
-def test_what_is_no_data_is_refused_whole(kept: Warehouse, cell: to.Scene) -> None:
+def test_refuses_invalid_data_as_a_whole(kept: Warehouse, cell: to.Scene) -> None:
     def above(positions: np.ndarray) -> np.ndarray:
         return positions[:1]
 
@@ -203,7 +203,7 @@ def test_a_bundle_of_a_problem_is_a_problem(kept: Warehouse, asked: to.Problem, 
     assert str(kept.problem("task")) == str(asked)
 
 
-def test_a_scene_is_no_bundle(kept: Warehouse, cell: to.Scene, tmp_path: Path) -> None:
+def test_refuses_to_export_a_scene_as_a_bundle(kept: Warehouse, cell: to.Scene, tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="copy it to another warehouse"):
         kept.export(kept.add("cell", cell), tmp_path / "cell.trajopt")
     assert not (tmp_path / "cell.trajopt").exists()
@@ -255,7 +255,7 @@ def test_an_entry_prints(kept: Warehouse, solved: Result) -> None:
     assert entry.as_dict()["kind"] == "plan"
 
 
-def test_what_is_kept_together_is_there_as_a_whole_or_not_at_all(kept: Warehouse, cell: to.Scene) -> None:
+def test_a_transaction_is_stored_completely_or_not_at_all(kept: Warehouse, cell: to.Scene) -> None:
     kept.add("cell", cell)
     with pytest.raises(ZeroDivisionError), kept.together():
         kept.add("cell", cell.remove("ball"))
@@ -269,7 +269,7 @@ def test_what_is_kept_together_is_there_as_a_whole_or_not_at_all(kept: Warehouse
     assert [(entry.name, entry.version) for entry in kept.find()] == [("cell", 2)]
 
 
-def test_what_fails_alone_leaves_what_it_is_kept_together_with(kept: Warehouse, cell: to.Scene) -> None:
+def test_a_caught_failure_leaves_the_rest_of_a_transaction(kept: Warehouse, cell: to.Scene) -> None:
     with kept.together():
         kept.add("cell", cell)
         with pytest.raises(EntryNotFound):
@@ -278,7 +278,9 @@ def test_what_fails_alone_leaves_what_it_is_kept_together_with(kept: Warehouse, 
     assert sorted(names(kept.find())) == ["cell", "home"]
 
 
-def test_a_plan_stands_in_changed_scenes(kept: Warehouse, solved: Result, failed: Result) -> None:
+def test_a_stored_plan_can_be_proven_in_a_changed_scene(
+    kept: Warehouse, solved: Result, failed: Result
+) -> None:
     kept.add("past", solved)
     held = kept.standing("past")
     scene = held.problem.scene

@@ -106,7 +106,7 @@ def test_a_circle_is_closed() -> None:
     assert points[0] == pytest.approx(points[-1], abs=TENTH)
 
 
-def test_a_blocked_line_says_where_and_by_what() -> None:
+def test_a_blocked_line_reports_the_place_and_the_obstacle() -> None:
     way = line(at(), at(0.1, 0.35, 0.0))
     wall = to.Scene(panda()).add("wall", to.Box(0.3, 0.02, 0.6), to.placement((0.4, 0.25, 0.4)))
     result = followed(way, wall)
@@ -137,7 +137,7 @@ def test_the_end_of_a_line_is_reported_as_margin_or_requirement() -> None:
     assert nearer.fraction > kept.fraction
 
 
-def test_a_line_out_of_reach_says_so() -> None:
+def test_reports_a_line_out_of_reach() -> None:
     result = followed(line(at(), at(0.9, 0.0, 0.0)))
     assert result.stop is not None
     assert result.stop.status in {Status.OUT_OF_REACH, Status.JOINT_LIMIT}
@@ -233,7 +233,7 @@ def straight(**more: object) -> Followed:
     return follow(to.Scene(panda()), required, start="ready", group="panda_arm", **more)  # type: ignore[arg-type]
 
 
-def test_a_unit_of_work_ends_it_at_once() -> None:
+def test_a_budget_of_one_work_unit_ends_planning_immediately() -> None:
     result = straight(budget=Budget(work=1))
     assert result.status is Status.OUT_OF_WORK
     assert not result.verified and result.fraction == 0.0 and result.trajectory is None

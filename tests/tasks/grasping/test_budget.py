@@ -28,7 +28,7 @@ def task(panda: to.Robot, gripper: Gripper) -> dict[str, Any]:
     return {"scene": scene, "name": "thing", "start": "ready", "grasps": grasps, "places": places}
 
 
-def test_a_unit_of_work_ends_it_at_once(panda: to.Robot, gripper: Gripper) -> None:
+def test_a_budget_of_one_work_unit_ends_planning_immediately(panda: to.Robot, gripper: Gripper) -> None:
     carried = pick_and_place(**task(panda, gripper), budget=Budget(work=1))
     assert carried.status is Status.OUT_OF_WORK and carried.stopped is Stop.WORK
     assert not carried.verified and carried.segments == () and carried.refusals == ()

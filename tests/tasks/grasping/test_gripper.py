@@ -92,7 +92,7 @@ def test_force_equals_the_motors_force(tmp_path: Path, gripper: Gripper) -> None
 
 
 @pytest.mark.parametrize("name", ["ur5", "xarm7"])
-def test_a_robot_without_gripper_says_so(name: str) -> None:
+def test_reports_a_robot_without_gripper(name: str) -> None:
     with pytest.raises(GripperError, match=f"{name}.* has no gripper.*end_effector.*Gripper"):
         gripper_of(to.load(name))
 

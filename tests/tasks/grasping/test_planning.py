@@ -57,7 +57,7 @@ def test_all_stages_are_planned_and_judged(carried: PickPlaceResult) -> None:
     )
 
 
-def test_the_object_stands_then_is_carried_then_stands(carried: PickPlaceResult) -> None:
+def test_the_object_rests_then_is_carried_then_rests(carried: PickPlaceResult) -> None:
     for segment in carried.segments:
         frame = segment.scene.object("thing").frame
         assert frame == (carried.gripper.tool if segment.stage.holds else "world"), segment.stage
@@ -116,7 +116,7 @@ def test_straight_stages_are_straight(
     assert max(np.abs(tool.rotation - tools[0].rotation).max() for tool in tools) < 0.03
 
 
-def test_constraints_hold_while_it_is_held_and_no_longer(carried: PickPlaceResult) -> None:
+def test_constraints_hold_only_while_the_object_is_held(carried: PickPlaceResult) -> None:
     for segment in carried.segments:
         asked = [
             item for item in segment.result.problem.constraints if "thing" in getattr(item, "frames", ())
@@ -150,7 +150,7 @@ def test_fingers_keep_clear_until_they_close(carried: PickPlaceResult) -> None:
     assert {s.stage: s.scene.may_touch("thing", "table") for s in carried.segments}[Stage.CARRY] is False
 
 
-def test_fingers_open_and_close_as_the_grasp_says(panda: to.Robot, carried: PickPlaceResult) -> None:
+def test_fingers_open_and_close_to_the_widths_of_the_grasp(panda: to.Robot, carried: PickPlaceResult) -> None:
     grasp, gripper = carried.grasp, carried.gripper
     assert grasp is not None
     for stage, opening in (
@@ -241,7 +241,7 @@ def test_the_first_place_that_works_is_taken(panda: to.Robot, gripper: Gripper) 
     assert "stand" in found.refusals[1].reason
 
 
-def test_why_there_is_no_way(panda: to.Robot, gripper: Gripper) -> None:
+def test_explains_why_no_path_exists(panda: to.Robot, gripper: Gripper) -> None:
     scene = on_table(panda, BLOCK, STOOD)
     first, second = grasps_of(scene, "thing", gripper)[:2]
     below = to.placement(rpy=(np.pi, 0.0, 0.0)) * first.placement

@@ -66,7 +66,7 @@ def test_a_proof_is_shown_with_its_size_and_statement(plan: to.Result, tmp_path:
     assert "the motion has the stated start and ends at rest" in page
 
 
-def test_a_bundle_says_the_same_as_its_result(plan: to.Result, kept: Bundle, tmp_path: Path) -> None:
+def test_a_bundle_reports_the_same_as_its_result(plan: to.Result, kept: Bundle, tmp_path: Path) -> None:
     def without_date(page: str) -> str:
         return re.sub(r"<footer>.*?</footer>", "", page)
 
