@@ -43,7 +43,7 @@ def test_the_clock_stops_planning_at_the_next_look(arm: to.Robot, seconds: float
 
 
 @pytest.mark.usefixtures("unproven")
-def test_every_step_of_the_solver_looks_at_the_clock(arm: to.Robot) -> None:
+def test_every_solver_step_checks_the_clock(arm: to.Robot) -> None:
     clock = TickingClock()
     steps: list[int] = []
 

@@ -41,7 +41,7 @@ def test_a_pendulum_uses_the_torque_that_it_has() -> None:
     assert (used > 0.98).mean() > 0.95
 
 
-def test_the_duration_is_that_of_the_closed_form() -> None:
+def test_the_duration_matches_the_closed_form() -> None:
     # Bang-bang torque: energy gives the speed from both ends, the switch is where they meet.
     effort, goal = WEIGHT * 1.2, 3.0
     q = np.linspace(0.0, goal, 200001)
