@@ -98,7 +98,9 @@ def approaches(
         Shape (p,) [m].
     """
     known = {**_levers_of_links(robot), **_levers_by_name(robot, carried)}
-    levers = np.array([known.get(body.name, np.zeros(robot.model.njoints)) for body in bodies])
+    levers = np.zeros((len(bodies), robot.model.njoints))
+    for row, body in enumerate(bodies):
+        levers[row] = known.get(body.name, 0.0)
     mounted = np.array([body.name in known for body in bodies], dtype=np.bool_)
     sizes = np.array([error.turn, *(error.joints.get(name, 0.0) for name in robot.joint_names)])
     moved = np.where(sizes > 0.0, levers, 0.0) * sizes
