@@ -185,7 +185,8 @@ def test_a_robot_without_shapes_has_no_pairs(tmp_path: Path) -> None:
     file = tmp_path / "bare.urdf"
     file.write_text(
         '<robot name="bare"><link name="base"/><link name="bar"/><joint name="turn" type="revolute">'
-        '<parent link="base"/><child link="bar"/><limit lower="-1" upper="1" effort="9" velocity="1"/></joint></robot>'
+        '<parent link="base"/><child link="bar"/><limit lower="-1" upper="1" effort="9" velocity="1"/>'
+        "</joint></robot>"
     )
     scene = to.Scene(to.Robot.from_urdf(file)).with_model_error(joints=ANGLE, mounting=(1e-3, ANGLE))
     assert len(to.Problem(scene=scene, start={"turn": 0.0}, goal={"turn": 0.5}).reduced.pairs.error) == 0
