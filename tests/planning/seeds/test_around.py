@@ -51,5 +51,5 @@ def test_all_sides_and_sizes_of_each_blocked_try(problem: to.Problem) -> None:
 
 def test_a_distant_obstacle_gives_no_seed(problem: to.Problem) -> None:
     away = wall(problem.scene.robot, inner_edge=3.0)
-    with pytest.raises(NoSeed, match="no longer near"):
+    with pytest.raises(NoSeed, match="pair is not close"):
         bent(route_of(away), blocked_by(away, "wall"), 0, 0.1, counts=WorkCounts())

@@ -97,5 +97,5 @@ def test_progress_names_the_stages(panda: to.Robot, gripper: Gripper) -> None:
 
 
 def test_a_budget_that_improves_is_for_plan(panda: to.Robot, gripper: Gripper) -> None:
-    with pytest.raises(ProblemError, match="improves is for plan"):
+    with pytest.raises(ProblemError, match="cannot improve"):
         pick_and_place(**task(panda, gripper), budget=Budget(seconds=1.0, improve=True))
