@@ -3,12 +3,15 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
 import trajopt as to
 from trajopt.cli import app_for
+from trajopt.files.bundle import read_result
 from trajopt.tasks import AttachObject, read_task
+from trajopt.tasks.cartesian import Followed, follow, follows_curve, line
 from trajopt.values.errors import FileFormatError, ProblemError
 
 JOB = """
@@ -32,6 +35,7 @@ stages:
   - move_to: {panda_joint1: 0.3}
     name: turn
 """
+SHORT = JOB.partition("  - dwell")[0] + JOB[JOB.index("  - follow") :]
 HANDLING = """
 start: ready
 group: panda_arm
@@ -54,7 +58,11 @@ stages:
 
 
 def run(*words: object) -> Result:
-    return CliRunner().invoke(app_for(["task"]), ["task", *map(str, words)])
+    return command("task", *words)
+
+
+def command(*words: object) -> Result:
+    return CliRunner().invoke(app_for([str(words[0])]), [*map(str, words)])
 
 
 @pytest.fixture
@@ -71,6 +79,64 @@ def test_a_job_is_planned_with_its_cycle_times(job: Path, tmp_path: Path) -> Non
     for stage in ("above", "dwell", "middle", "right", "follow: retract", "turn"):
         assert stage in done.output
     assert json.loads(out.read_text())["verified"] is True
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A saved result, in a folder of its own."""
+    path = tmp_path_factory.mktemp("saved")
+    (path / "job.yaml").write_text(SHORT)
+    done = run("plan", path / "job.yaml", "--robot", "panda", "--out", path / "job.trajopt")
+    assert done.exit_code == 0, done.output
+    return path / "job.trajopt"
+
+
+def test_a_saved_result_is_checked(saved: Path) -> None:
+    done = command("check", saved)
+    assert done.exit_code == 0, done.output
+    assert "follow: retract" in done.output and "velocity" in done.output
+    assert json.loads(command("check", saved, "--json").output)["verified"] is True
+    beside = command("check", saved, "--robot", "panda")
+    assert isinstance(beside.exception, FileFormatError)
+    assert "contains the whole problem" in str(beside.exception)
+
+
+def test_a_saved_result_is_exported_reported_and_shown(saved: Path) -> None:
+    done = command("export", saved, "--to", "csv", "--out", saved.with_suffix(".csv"))
+    assert done.exit_code == 0, done.output
+    done = command("report", saved, "--no-3d", "--out", saved.with_suffix(".html"))
+    assert done.exit_code == 0, done.output
+    assert "follow: retract" in saved.with_suffix(".html").read_text()
+    done = command("view", saved, "--port", 0, "--seconds", 0)
+    assert done.exit_code == 0, done.output
+
+
+def test_commands_of_one_motion_refuse_the_result_of_several(saved: Path) -> None:
+    for words in (("prove", saved, "--out", saved.with_suffix(".proof")), ("replay", saved)):
+        done = command(*words)
+        assert isinstance(done.exception, FileFormatError), done.output
+        assert "is the result of several motions" in str(done.exception)
+
+
+def test_a_followed_curve_is_saved_and_read(tmp_path: Path) -> None:
+    panda = to.load("panda")
+    scene, path = to.Scene(panda), tmp_path / "line.trajopt"
+    at = scene.placement_of("panda_hand_tcp", panda.positions("ready"))
+    end = to.placement(at.translation + np.array((0.0, 0.1, 0.0)), rotation=at.rotation)
+    curve = follows_curve("panda_hand_tcp", line(at, end))
+    followed = follow(scene, curve, start="ready", group="panda_arm")
+    followed.save(path)
+    again = read_result(path)
+    assert isinstance(again, Followed) and again.complete
+    assert again.reason == followed.reason
+    for words in (
+        ("check", path),
+        ("export", path, "--to", "csv", "--out", path.with_suffix(".csv")),
+        ("report", path, "--no-3d", "--no-pictures", "--out", path.with_suffix(".html")),
+    ):
+        done = command(*words)
+        assert done.exit_code == 0, done.output
+    assert "followed, proven" in path.with_suffix(".html").read_text()
 
 
 def test_a_job_is_checked_without_planning(job: Path) -> None:

@@ -3,7 +3,7 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -12,18 +12,20 @@ from trajopt.cli.problems import (
     MotionArgument,
     OptionalRequest,
     OptionalScene,
-    bundle_in,
     is_bundle,
     motion_in,
+    motions_in,
     problem_of,
+    saved_in,
 )
-from trajopt.files.bundle import Holds, read_bundle
+from trajopt.files.bundle import Bundle, Holds
 from trajopt.files.bundle import replay as plan_again
 from trajopt.files.export import EXPORTERS, ModelExporter, exporter_named
 from trajopt.files.export import export as write
 from trajopt.files.moveit.trajectories import FORMATS, read_trajectory
 from trajopt.files.proof import SUFFIX, check_proof, save_proof
 from trajopt.planning.judgement import judge
+from trajopt.tasks.sequence import MotionSequence
 from trajopt.values.documents.document import read_document
 from trajopt.values.errors import FileFormatError
 from trajopt.values.trajectory import Trajectory
@@ -54,6 +56,8 @@ def check(
         checked = check_proof(trajectory)
         typer.echo(json.dumps(asdict(checked)) if as_json else checked.words)
         raise typer.Exit(0 if checked.proven else 1)
+    if robot is None and (several := motions_in(trajectory)) is not None:
+        _check_several(several, as_json=as_json)
     notes = list[str]()
     if robot is None or scene is None or request is None:
         problem = problem_of(trajectory, robot, scene, request, motions)
@@ -74,6 +78,18 @@ def check(
         for note in notes:
             typer.echo(f"note: {note}")
     raise typer.Exit(0 if certificate.verified else 1)
+
+
+def _check_several(several: MotionSequence[Any], *, as_json: bool) -> NoReturn:
+    """Print the certificate of several motions, which were judged when they were read."""
+    if as_json:
+        found = several.certificate.as_dict() if several.verified else {"verified": False}
+        typer.echo(json.dumps(found, allow_nan=False))
+    else:
+        typer.echo(
+            f"{several.explain()}\n{several.certificate}" if several.verified else str(several.explain())
+        )
+    raise typer.Exit(0 if several.verified else 1)
 
 
 ProofOption = Annotated[Path, typer.Option("--out", help="Proof file to write.")]
@@ -116,19 +132,19 @@ def export(
     as_json: options.JsonOption = False,
 ) -> None:
     """Write a plan as CSV, ROS 2 message, MoveIt message, URScript or MCAP log. Exit status 0 or 2."""
-    exporter, trajectory = exporter_named(to), _verified(plan)
-    if isinstance(exporter, ModelExporter) and is_bundle(plan):
-        exporter = exporter.with_model(bundle_in(plan).problem.reduced)
-    exported = write(trajectory, out, to=exporter, hz=hz)
+    exporter = exporter_named(to)
+    saved = saved_in(plan) if is_bundle(plan) else _verified(plan)
+    if isinstance(saved, Bundle):
+        if saved.holds is not Holds.PLAN:
+            raise FileFormatError(str(plan), f"holds no verified motion, but {saved.holds.value}")
+        if isinstance(exporter, ModelExporter):
+            exporter = exporter.with_model(saved.problem.reduced)
+        saved = saved.require()
+    exported = write(saved, out, to=exporter, hz=hz)
     typer.echo(json.dumps(exported.as_dict()) if as_json else str(exported))
 
 
 def _verified(plan: Path) -> Trajectory:
-    if is_bundle(plan):
-        bundle = bundle_in(plan)
-        if bundle.holds is not Holds.PLAN:
-            raise FileFormatError(str(plan), f"holds no verified motion, but {bundle.holds.value}")
-        return bundle.require()
     if plan.suffix.lower() != ".csv":
         document = read_document(plan)
         if document.has("status") and not document["verified"].flag():
@@ -142,7 +158,11 @@ MethodOption = Annotated[str | None, typer.Option("--method", help="Planning met
 
 def replay(bundle: BundleArgument, method: MethodOption = None, as_json: options.JsonOption = False) -> None:
     """Plan a bundle's problem again. Exit status 0 the same answer, 1 another, 2 bad input."""
-    kept = read_bundle(bundle)
+    kept = saved_in(bundle)
+    if not isinstance(kept, Bundle):
+        raise FileFormatError(
+            str(bundle), "is the result of several motions, without their task: plan it again"
+        )
     found = plan_again(kept, method=method)
     typer.echo(json.dumps(found.as_dict()) if as_json else f"{kept}\n\n{found}")
     raise typer.Exit(0 if found.same else 1)
@@ -165,7 +185,7 @@ def report(
     as_json: options.JsonOption = False,
 ) -> None:
     """Write a report of a bundle: one page with the 3-D motion, the proof, and prices."""
-    written = write_report(bundle_in(bundle), out, moving=moving, pictures=pictures)
+    written = write_report(saved_in(bundle), out, moving=moving, pictures=pictures)
     size = written.stat().st_size
     said = f"wrote {written} ({size / 1e6:.1f} MB)"
     typer.echo(json.dumps({"report": str(written), "bytes": size}) if as_json else said)

@@ -7,17 +7,20 @@ from functools import cache
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from typing import Annotated, cast
+from typing import Annotated, Any, TypeAlias, cast
 
 import typer
 
 from trajopt.cli.options import RobotSource, read_files
-from trajopt.files.bundle import Bundle, read_bundle
-from trajopt.files.bundle.bundle import SUFFIX
+from trajopt.files.bundle import Bundle
+from trajopt.files.bundle.bundle import SUFFIX, read_saved
 from trajopt.files.moveit import read_motions, read_scene
 from trajopt.files.moveit.trajectories import FORMATS, read_trajectory
 from trajopt.problem.problem import Problem, named_problem
+from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
+from trajopt.tasks.cartesian import Followed
+from trajopt.tasks.sequence import MotionSequence
 from trajopt.values.documents.files import read_json
 from trajopt.values.errors import FileFormatError, ProblemError, shown
 from trajopt.values.placement import Placement, placement
@@ -34,15 +37,59 @@ def is_bundle(path: Path) -> bool:
     return path.suffix.lower() == SUFFIX
 
 
+Saved: TypeAlias = Bundle | Followed | MotionSequence[Any]
+"""Content of a file that `save` wrote."""
+
+
 @cache
-def bundle_in(path: Path) -> Bundle:
+def saved_in(path: Path) -> Saved:
     folder = mkdtemp(prefix="trajopt-")
     atexit.register(rmtree, folder, ignore_errors=True)
-    return read_bundle(path, meshes=folder)
+    saved = read_saved(path, meshes=folder)
+    if not isinstance(saved, Bundle | Followed | MotionSequence):
+        raise FileFormatError(str(path), f"holds no plan, problem or result, but {shown(saved)}")
+    return cast("Saved", saved)
+
+
+def motions_in(path: Path) -> MotionSequence[Any] | None:
+    """Return the result of several motions, if the file is one."""
+    saved = saved_in(path) if is_bundle(path) else None
+    return saved if isinstance(saved, MotionSequence) else None
+
+
+def _one_motion(path: Path) -> Bundle | Followed:
+    saved = saved_in(path)
+    if isinstance(saved, MotionSequence):
+        raise FileFormatError(
+            str(path),
+            "is the result of several motions, and this command reads one: view, check, simulate, "
+            "report and export read several",
+        )
+    return saved
 
 
 def motion_in(path: Path) -> Trajectory:
-    return bundle_in(path).require() if is_bundle(path) else read_trajectory(path)
+    if not is_bundle(path):
+        return read_trajectory(path)
+    saved = _one_motion(path)
+    return saved.require() if isinstance(saved, Bundle) else saved.result.require().trajectory
+
+
+def model_and_motion(
+    motion: Path, source: RobotSource | None, scene: Path | None, request: Path | None, motions: Path | None
+) -> tuple[ReducedModel, Trajectory]:
+    """Return robot and motion of a file; of several motions the whole. Arguments as in `problem_of`."""
+    several = motions_in(motion)
+    if several is not None:
+        _nothing_beside(motion, source, motions)
+        return several.whole
+    reduced = problem_of(motion, source, scene, request, motions).reduced
+    return reduced, motion_in(motion).ordered(reduced.joint_names)
+
+
+def _nothing_beside(path: Path, source: RobotSource | None, motions: Path | None) -> None:
+    if source is not None or motions is not None:
+        raise FileFormatError(str(path), "contains the whole problem: leave out --robot and --motions")
 
 
 def problem_of(
@@ -57,9 +104,8 @@ def problem_of(
         FileFormatError: If something is missing or invalid.
     """
     if is_bundle(motion):
-        if source is not None or motions is not None:
-            raise FileFormatError(str(motion), "contains the whole problem: leave out --robot and --motions")
-        return bundle_in(motion).problem
+        _nothing_beside(motion, source, motions)
+        return _one_motion(motion).problem
     if source is None:
         return _named_in(motion, motions)
     if scene is None or request is None:

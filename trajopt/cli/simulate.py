@@ -17,8 +17,7 @@ from trajopt.cli.problems import (
     MotionArgument,
     OptionalRequest,
     OptionalScene,
-    motion_in,
-    problem_of,
+    model_and_motion,
 )
 from trajopt.cli.progress import ProgressLine, progress_line
 from trajopt.simulation import Layout, Rollout, SimulationOptions, render
@@ -77,12 +76,11 @@ def simulate(
     """
     for path in picture or ():
         check_path(path)
-    motion, options = motion_in(trajectory), SimulationOptions(dt=dt, settling_time=settling_time)
-    shown_at = _times(moments)
-    reduced = problem_of(trajectory, robot, scene, request, motions).reduced
+    options, shown_at = SimulationOptions(dt=dt, settling_time=settling_time), _times(moments)
+    reduced, motion = model_and_motion(trajectory, robot, scene, request, motions)
     with progress_line() as line:
         line.show("simulate", None)
-        rollout = roll_out(reduced, motion.ordered(reduced.joint_names), options=options)
+        rollout = roll_out(reduced, motion, options=options)
         for path in picture or ():
             render(
                 rollout,

@@ -19,8 +19,8 @@ from trajopt.cli.options import (
 from trajopt.cli.problems import (
     OptionalRequest,
     OptionalScene,
-    motion_in,
-    problem_of,
+    model_and_motion,
+    motions_in,
 )
 from trajopt.driving.recording import RecordingFile
 from trajopt.files.moveit import read_scene
@@ -33,7 +33,7 @@ from trajopt.viewer.server import Served
 
 OptionalFile = Annotated[
     Path | None,
-    typer.Argument(help=f"A bundle, a plan's JSON or a recorded run; with --robot ...: {FORMATS}."),
+    typer.Argument(help=f"A saved result, a plan's JSON or a recorded run; with --robot ...: {FORMATS}."),
 ]
 
 
@@ -89,10 +89,11 @@ def view(
         raise ProblemError("view: --group and --state are for planning by hand, without a file")
     elif RecordingFile.is_one(file):
         viewer = _run(RecordingFile.open(file), file, robot, port, host)
+    elif robot is None and (several := motions_in(file)) is not None:
+        viewer = open_viewer(several, port=port, host=host)
     else:
-        trajectory = motion_in(file)
-        reduced = problem_of(file, robot, scene, request, motions).reduced
-        viewer = open_viewer(reduced, trajectory.ordered(reduced.joint_names), port=port, host=host)
+        reduced, trajectory = model_and_motion(file, robot, scene, request, motions)
+        viewer = open_viewer(reduced, trajectory, port=port, host=host)
     typer.echo(json.dumps({"url": viewer.url}) if as_json else f"open {viewer.url} (Ctrl-C ends)")
     try:
         viewer.wait(seconds)

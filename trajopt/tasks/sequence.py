@@ -99,11 +99,27 @@ class StageTime:
         return f"{self.begin:8.2f} s {self.end - self.begin:8.2f} s  {self.name}"
 
 
+class SavedResult(Value):
+    """A result of one or several motions that a file can contain."""
+
+    @checked
+    def save(self, path: Path | str) -> None:
+        """Write all motions, their problems and the rejected ways into one file; `read_result` reads it.
+
+        Raises:
+            ModelError: If a problem contains code of the caller, which a file cannot hold.
+            FileFormatError: If the file cannot be written.
+        """
+        from trajopt.files.bundle import save
+
+        save(self, path)
+
+
 Part = TypeVar("Part", bound=MotionSegment)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class MotionSequence(Value, Generic[Part]):
+class MotionSequence(SavedResult, Generic[Part]):
     """Planned motions in order, or the reason why there are none."""
 
     name: str
@@ -213,18 +229,6 @@ class MotionSequence(Value, Generic[Part]):
                 scene = scene.detach(name, at=self.start)
             scene = scene.with_motion(name, track)
         return whole_robot(scene, self.trajectory.joint_names, self.start), self.trajectory
-
-    @checked
-    def save(self, path: Path | str) -> None:
-        """Write all motions, their problems and the rejected ways into one file; `read_result` reads it.
-
-        Raises:
-            ModelError: If a problem contains code of the caller, which a file cannot hold.
-            FileFormatError: If the file cannot be written.
-        """
-        from trajopt.files.bundle import save
-
-        save(self, path)
 
 
 def _stands(name: str, scenes: Sequence[tuple[float, MotionSegment, Scene]]) -> bool:

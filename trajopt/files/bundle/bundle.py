@@ -133,8 +133,8 @@ def save(
     """Write a result, a plan or a problem as a bundle, with visual meshes.
 
     Args:
-        what: A result (success or failure), a plan, or a problem; or the result of a task or of a pick and
-            place, which `read_result` reads.
+        what: A result (success or failure), a plan, or a problem; or the result of a task, of a pick and
+            place, or of following a curve, which `read_result` reads.
         path: By convention with the extension ".trajopt".
         explained: Whether to include the explanation of a failure (`Result.explain`), which may take seconds.
         proof: Whether to include a proof of the motion (docs/proofs.md), which takes some 0.2 s.
@@ -293,6 +293,10 @@ def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
     about, holds = _about(archive)
     if holds is Holds.MOTIONS:
         raise about["holds"].error(f"is {holds.value}: read it with read_result")
+    return _bundle(archive, about, holds, meshes)
+
+
+def _bundle(archive: Members, about: Node, holds: Holds, meshes: Path | str | None) -> Bundle:
     reader = reader_of(archive, meshes)
     problem = _problem(archive, reader)
     motion = _motion(archive, reader, problem)
@@ -333,7 +337,7 @@ def _stored_proof(archive: Members, problem: Problem, trajectory: Trajectory | N
 
 @checked
 def read_result(path: Path | str, *, meshes: Path | str | None = None) -> Value:
-    """Read the result of a task or of a pick and place; its motions are judged again.
+    """Read the result of a task, of a pick and place, or of following a curve; its motions are judged again.
 
     Args:
         meshes: Folder for unpacking the visual meshes; None leaves them packed.
@@ -345,6 +349,17 @@ def read_result(path: Path | str, *, meshes: Path | str | None = None) -> Value:
     about, holds = _about(archive)
     if holds is not Holds.MOTIONS:
         raise about["holds"].error(f"is {holds.value}: read it with read_bundle")
+    return _result(archive, meshes)
+
+
+def read_saved(path: Path | str, *, meshes: Path | str | None = None) -> Bundle | Value:
+    """Read a bundle or a result, as `read_bundle` and `read_result` do."""
+    archive = Archive(path)
+    about, holds = _about(archive)
+    return _result(archive, meshes) if holds is Holds.MOTIONS else _bundle(archive, about, holds, meshes)
+
+
+def _result(archive: Members, meshes: Path | str | None) -> Value:
     node = document_in(archive, VALUE).only(("value", "shared"))
     value = shared_value_of(node, archive.array, lambda name: _file(archive, name, meshes))
     if not isinstance(value, Value):

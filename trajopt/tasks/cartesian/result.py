@@ -8,6 +8,7 @@ from trajopt.planning.result import Plan, Result
 from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
+from trajopt.tasks.sequence import SavedResult
 from trajopt.timing import Retimed
 from trajopt.values.documents.document import write_json
 from trajopt.values.errors import PlanningFailed
@@ -40,7 +41,7 @@ class StopReason:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Followed:
+class Followed(SavedResult):
     """The followed part of a curve, and the motion.
 
     Attributes:

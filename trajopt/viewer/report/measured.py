@@ -1,7 +1,7 @@
 """The subject of a report, and its motion measured over time in common units."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.joints import JointLimits, effort_unit, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import tool_frames
+from trajopt.tasks.cartesian import Followed
 from trajopt.values.arrays import Bools, Floats, Ints, Value, floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ShapeError
@@ -280,7 +281,7 @@ def amount(value: float) -> str:
     return f"{value:.3g}" if abs(value) < 1000.0 else f"{float(f'{value:.3g}'):,.0f}"
 
 
-Reported = Result | Plan | Problem | Bundle
+Reported = Result | Plan | Problem | Bundle | Followed
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -289,6 +290,7 @@ class Subject(Value):
 
     Attributes:
         certificate: The judge's verdict on the motion, computed here.
+        words: Sentence beside the verdict; may be empty.
     """
 
     holds: Holds
@@ -302,6 +304,7 @@ class Subject(Value):
     made: str
     versions: Mapping[str, str]
     proof: MotionProof | None = None
+    words: str = ""
 
     @property
     def status(self) -> str:
@@ -334,6 +337,8 @@ def subject_of(what: Reported) -> Subject:
     """Return the subject of a report; a motion of a bundle is judged again, and its prices are computed."""
     if isinstance(what, Bundle):
         return _of_bundle(what)
+    if isinstance(what, Followed):
+        return replace(subject_of(what.result), words=what.reason)
     problem = what if isinstance(what, Problem) else what.problem
     result = what if isinstance(what, Result) else None
     moved = None if isinstance(what, Problem) else what

@@ -389,7 +389,8 @@ def _verdict(subject: Subject) -> str:
     certificate = subject.certificate
     if subject.verified and certificate is not None:
         count = sum(check.required for check in certificate.checks)
-        return f'<b class="good">✓ Proven.</b> All {count} checks of the judge hold.'
+        words = f" {escape(subject.words)}." if subject.words else ""
+        return f'<b class="good">✓ Proven.</b> All {count} checks of the judge hold.{words}'
     if certificate is not None and subject.status in ("", "SOLVED"):
         return f'<b class="bad">✗ Not proven.</b> {escape(certificate.verdict)}.'
     if not subject.status:
@@ -450,7 +451,7 @@ def write_report(
     Args:
         what: A result, a plan, an unplanned problem, or a bundle, which is drawn as by `trajopt view` after
             its meshes are unpacked (`read_bundle`); or the result of a task or of a pick and place, with its
-            cycle times.
+            cycle times, or of following a curve.
         pictures: Whether to include still pictures; omitted with a remark without OpenGL.
 
     Raises:
