@@ -15,18 +15,20 @@ from trajopt.robot.bases import MovingBase, RobotBase
 from trajopt.robot.bodies import CollisionBody, MeshPolicy, robot_bodies
 from trajopt.robot.joints import JointLimits, LimitKind, configuration, joint_unit, joint_units
 from trajopt.robot.loading.base_joints import with_base
+from trajopt.robot.loading.calibration import calibrated
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.loading.mimics import completed, followed, resolve_mimics
 from trajopt.robot.loading.mjcf import read_mjcf
-from trajopt.robot.loading.physics_notes import effort_notes, inertia_notes
 from trajopt.robot.loading.pinocchio_model import (
     ModelData,
     adjacent_links,
     check_joints,
     described,
     described_limits,
+    effort_notes,
     fixed_joint_names,
     group_elements,
+    inertia_notes,
     link_names,
     model_data,
     model_of,
@@ -407,6 +409,30 @@ class Robot(Value):
         limits, said = jerk_limited(self.limits, rise, joints, units=joint_units(self.model))
         return replace(self, limits=limits, notes=(*self.notes, said)) if said else self
 
+    def with_calibration(self, file: Path | str, *, prefix: str = "") -> Robot:
+        """Return the robot with the factory calibration of an arm of Universal Robots.
+
+        Joints are displaced so that the flange is at the controller's pose; shapes move with their links.
+        `notes` has a sentence about it. The result has no `urdf_path`: that file lacks the calibration.
+
+        Sources: deltas are added to the nominal parameters
+        (https://forum.universal-robots.com/t/ur10-calibration-conf-dh-model-generation/1638); the YAML is
+        written by `Calibration::toYaml` of Universal_Robots_ROS2_Driver, whose roll, pitch and yaw are angles
+        of Rx Ry Rz.
+
+        Args:
+            file: The controller's `calibration.conf`, or the YAML of `ur_calibration` (a mapping `kinematics`
+                with x, y, z [m], roll, pitch, yaw [rad] of six links).
+            prefix: Start of the names of the arm's joints, and of its flange `tool0`.
+
+        Raises:
+            FileFormatError: If the file is not a calibration, or shifts a joint by more than 5 cm, so that it
+                belongs to another type of arm.
+            NameNotFound: If the robot does not have the joints or the flange.
+            ModelError: If the joints do not have the axes of an arm of Universal Robots.
+        """
+        return _calibrated(self, file, prefix)
+
     def __getstate__(self) -> dict[str, object]:
         return {**super().__getstate__(), "model": model_data(self.model)}
 
@@ -416,6 +442,12 @@ class Robot(Value):
     def __repr__(self) -> str:
         names = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
         return in_short(f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {names})")
+
+
+@checked
+def _calibrated(robot: Robot, file: Path | str, prefix: str) -> Robot:
+    model, xml, said = calibrated(robot.model, robot.urdf_xml, Path(file), prefix)
+    return replace(robot, model=model, urdf_xml=xml, urdf_path=Path(), notes=(*robot.notes, said))
 
 
 @checked
