@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
-from typing import Annotated, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, cast
 
 import typer
 
@@ -19,12 +19,14 @@ from trajopt.files.moveit.trajectories import FORMATS, read_trajectory
 from trajopt.problem.problem import Problem, named_problem
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
-from trajopt.tasks.cartesian import Followed
-from trajopt.tasks.sequence import MotionSequence
 from trajopt.values.documents.files import read_json
 from trajopt.values.errors import FileFormatError, ProblemError, shown
 from trajopt.values.placement import Placement, placement
 from trajopt.values.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from trajopt.tasks.cartesian import Followed
+    from trajopt.tasks.sequence import MotionSequence
 
 MotionArgument = Annotated[Path, typer.Argument(help=f"A bundle or a plan's JSON; with --robot: {FORMATS}.")]
 OptionalScene = Annotated[Path | None, typer.Option("--scene", help="Scene, if the file does not name it.")]
@@ -37,12 +39,15 @@ def is_bundle(path: Path) -> bool:
     return path.suffix.lower() == SUFFIX
 
 
-Saved: TypeAlias = Bundle | Followed | MotionSequence[Any]
+Saved: TypeAlias = "Bundle | Followed | MotionSequence[Any]"
 """Content of a file that `save` wrote."""
 
 
 @cache
 def saved_in(path: Path) -> Saved:
+    from trajopt.tasks.cartesian import Followed  # slow to import
+    from trajopt.tasks.sequence import MotionSequence
+
     folder = mkdtemp(prefix="trajopt-")
     atexit.register(rmtree, folder, ignore_errors=True)
     saved = read_saved(path, meshes=folder)
@@ -51,13 +56,17 @@ def saved_in(path: Path) -> Saved:
     return cast("Saved", saved)
 
 
-def motions_in(path: Path) -> MotionSequence[Any] | None:
+def motions_in(path: Path) -> "MotionSequence[Any] | None":
     """Return the result of several motions, if the file is one."""
+    from trajopt.tasks.sequence import MotionSequence  # slow to import
+
     saved = saved_in(path) if is_bundle(path) else None
     return saved if isinstance(saved, MotionSequence) else None
 
 
-def _one_motion(path: Path) -> Bundle | Followed:
+def _one_motion(path: Path) -> "Bundle | Followed":
+    from trajopt.tasks.sequence import MotionSequence  # slow to import
+
     saved = saved_in(path)
     if isinstance(saved, MotionSequence):
         raise FileFormatError(
