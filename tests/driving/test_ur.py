@@ -49,6 +49,12 @@ class Arm:
         self.running = not self.protective
         return self.running
 
+    def stopScript(self) -> None:
+        self.running = False
+
+    def disconnect(self) -> None:
+        self.connected = False
+
     def getActualQ(self) -> list[float]:
         return self.servos.positions().tolist()
 
@@ -131,6 +137,15 @@ def test_a_refused_command_is_a_fault_with_its_reason() -> None:
     with pytest.raises(ExecutionError, match="does not take servoJ: the arm is in a protective stop"):
         controller.command(np.zeros(6), np.zeros(6))
     assert clock.time == 100.0
+
+
+def test_the_script_ends_with_the_connection() -> None:
+    arm = Arm(Clock(), np.zeros(6))
+    controller = UrController(arm, arm, period=PERIOD)
+    controller.close()
+    assert not arm.running and not arm.connected
+    controller.brake()
+    assert arm.stops == [] and controller.error() == "the connection to the arm is lost"
 
 
 @pytest.mark.parametrize(

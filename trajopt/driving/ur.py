@@ -1,5 +1,6 @@
 """Arms of Universal Robots through RTDE, as a controller for `StreamingExecutor`."""
 
+import time
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Protocol
@@ -12,6 +13,8 @@ from trajopt.values.errors.arguments import checked
 
 LOOKAHEAD, GAIN = (0.03, 0.2), (100.0, 2000.0)
 """Ranges of the arguments of servoj in the URScript manual."""
+STARTING = 2.0
+"""Longest time in which a control script starts [s]."""
 
 
 class RtdeControl(Protocol):
@@ -34,12 +37,24 @@ class RtdeControl(Protocol):
         """Leave servo mode and decelerate."""
         ...
 
+    def isConnected(self) -> bool:
+        """Return whether the connection works."""
+        ...
+
     def isProgramRunning(self) -> bool:
         """Return whether its script runs on the controller."""
         ...
 
     def reuploadScript(self) -> bool:
         """Start its script again."""
+        ...
+
+    def stopScript(self) -> None:
+        """End its script."""
+        ...
+
+    def disconnect(self) -> None:
+        """Close the connection."""
         ...
 
 
@@ -64,6 +79,10 @@ class RtdeReceive(Protocol):
 
     def isEmergencyStopped(self) -> bool:
         """Return whether the arm is in an emergency stop."""
+        ...
+
+    def disconnect(self) -> None:
+        """Close the connection."""
         ...
 
 
@@ -137,24 +156,42 @@ class UrController:
         """Send positions."""
         del velocities
         # The second and third argument, speed and acceleration, have no effect.
-        if not self._control.servoJ(positions.tolist(), 0.0, 0.0, *self._timing):
+        if not self._connected() or not self._control.servoJ(positions.tolist(), 0.0, 0.0, *self._timing):
             raise ExecutionError(f"the arm does not take servoJ: {self.error() or 'no reason is known'}")
 
     def brake(self) -> None:
-        self._control.servoStop(self._deceleration)
+        if self._connected():
+            self._control.servoStop(self._deceleration)
+
+    def close(self) -> None:
+        """End the control script and the connections."""
+        if self._connected():
+            self._control.stopScript()
+        self._control.disconnect()
+        self._receive.disconnect()
 
     def error(self) -> str:
-        if not self._receive.isConnected():
+        return self._stopped() or (
+            "" if self._control.isProgramRunning() else "the control script does not run on the arm"
+        )
+
+    def _connected(self) -> bool:
+        # Without a connection ur_rtde 1.6.5 blocks a command for 4 s, or ends the process.
+        return self._receive.isConnected() and self._control.isConnected()
+
+    def _stopped(self) -> str:
+        if not self._connected():
             return "the connection to the arm is lost"
         if self._receive.isEmergencyStopped():
             return "the arm is in an emergency stop"
-        if self._receive.isProtectiveStopped():
-            return "the arm is in a protective stop"
-        return "" if self._control.isProgramRunning() else "the control script does not run on the arm"
+        return "the arm is in a protective stop" if self._receive.isProtectiveStopped() else ""
 
     def reset(self) -> None:
         """Start the control script again if it has ended; raises if the arm is stopped on its pendant."""
-        if self.error() and not self._control.isProgramRunning():
+        if not self._stopped() and not self._control.isProgramRunning():
             self._control.reuploadScript()
+            deadline = time.monotonic() + STARTING
+            while self.error() and time.monotonic() < deadline:
+                time.sleep(0.01)
         if fault := self.error():
             raise ExecutionError(f"the fault stays: {fault}")
