@@ -4,7 +4,7 @@ python -m benchmarks.proof_mutations [--count 100000] [--kept FILE] [--page FILE
 
 Four small proofs are changed in eleven ways. A changed file that the checker accepts is false if scipy, Coal
 and Pinocchio refute its statement at one of 100 times. Blocks of mutations are stored, and not repeated by a
-later call.
+later call. The fast kernel checks each file too.
 """
 
 import argparse
@@ -28,13 +28,20 @@ import trajopt as to
 from benchmarks.page import table, write_section
 from tests.files.proof.conftest import Checker, Document, Proof, loaded_checker
 from tests.files.proof.dense import refuted
-from trajopt.files.proof import save_proof
+from trajopt.files.proof import MotionProof, save_proof
+from trajopt.values.errors import FileFormatError
 
 KEPT = Path(__file__).parent / "results" / "proof_mutations.json"
 BLOCK = 2_500
 MALFORMED, UNSHOWN, SAME, TRUE, FALSE, CRASH = (
     "not a proof", "not proven", "accepted, unchanged", "accepted, true", "accepted, false", "crash",
 )  # fmt: skip
+KERNELS = {
+    (True, True): "both accept",
+    (False, False): "both refuse",
+    (True, False): "the checker alone accepts",
+    (False, True): "the fast kernel alone accepts",
+}
 JOINTS = ("joint1", "joint2")
 Mutation = Callable[[Proof, Proof, np.random.Generator], bytes]
 """Returns the bytes of a changed proof; the second proof is one to take parts from."""
@@ -287,19 +294,29 @@ def outcome(checker: Checker, data: bytes, original: Document, path: Path) -> tu
     return (FALSE, found) if found else (TRUE, "")
 
 
+def accepted_fast(data: bytes) -> bool:
+    """Return whether the fast kernel accepts a file."""
+    try:
+        return not MotionProof(data).fast_fault
+    except FileFormatError:
+        return False
+
+
 def block(number: int, checker: Checker, sound: list[Proof], path: Path) -> dict[str, Any]:
     """Make and check the mutations of one block: number i has the random numbers of seed i."""
     begin, names = time.process_time(), list(KINDS)
     found, faults = {name: Counter[str]() for name in names}, list[str]()
+    kernels = Counter[str]()
     for seed in range(number * BLOCK, (number + 1) * BLOCK):
         name, proof, other = names[seed % len(names)], sound[seed % 4], sound[(seed + 1) % 4]
         data = KINDS[name](proof, other, np.random.default_rng(seed))
         # A swap may give the other proof as a whole.
         result, fault = outcome(checker, data, proof.statement, path)
         found[name][result] += 1
+        kernels[KERNELS[result in (SAME, TRUE, FALSE), accepted_fast(data)]] += 1
         faults += [f"{seed}: {fault}"] if fault else []
     seconds = round(time.process_time() - begin, 1)
-    return {"block": number, "seconds": seconds, "found": found, "faults": faults}
+    return {"block": number, "seconds": seconds, "found": found, "faults": faults, "kernels": kernels}
 
 
 def finished(path: Path) -> list[dict[str, Any]]:
@@ -313,7 +330,12 @@ def page(blocks: list[dict[str, Any]]) -> str:
     totals = {name: sum((Counter(each["found"][name]) for each in blocks), Counter()) for name in KINDS}
     for name, found in {**totals, "all": sum(totals.values(), Counter[str]())}.items():
         rows.append((name, f"{found.total():,}", *(f"{found[column]:,}" for column in columns)))
-    return table(("changed", "mutations", *columns), rows)
+    both = sum((Counter(each.get("kernels", {})) for each in blocks), Counter[str]())
+    compared = table(
+        ("both kernels", *KERNELS.values()),
+        [(f"{both.total():,}", *(f"{both[name]:,}" for name in KERNELS.values()))],
+    )
+    return f"{table(('changed', 'mutations', *columns), rows)}\n\n{compared}"
 
 
 def main() -> None:

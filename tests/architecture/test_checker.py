@@ -49,3 +49,11 @@ def test_a_rule_is_small(path: Path) -> None:
 
 def test_the_rule_of_torque_is_small() -> None:
     assert sum(code_lines((CHECKER / f"{stem}.py").read_text()) for stem in TORQUE) <= MOST_OF_TORQUE
+
+
+def test_the_fast_kernel_includes_no_code_of_other_cores() -> None:
+    folder = CHECKER.parents[1] / "native" / "checker"
+    for path in (*folder.glob("*.cpp"), *folder.glob("*.hpp")):
+        lines = [line for line in path.read_text().splitlines() if line.startswith('#include "')]
+        included = {line.split('"')[1] for line in lines}
+        assert included <= {each.name for each in folder.glob("*.hpp")} | {"../leaks.hpp"}, path

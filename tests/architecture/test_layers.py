@@ -70,6 +70,7 @@ CORES = {
     "descent": {"optimise.solvers", "optimise.transcription"},
     "timing": {"timing"},
     "proof": {"verify"},
+    "checker": {"files.proof"},
     "covers": {"robot"},
 }
 """Native cores and the rooms that may call each: what is judged shares no code with the judge. Of a descent

@@ -36,6 +36,11 @@ TrajectoryArgument = Annotated[
 ]
 
 
+FastOption = Annotated[
+    bool, typer.Option("--fast", help="For proofs: the fast kernel; the checker decides its refusals.")
+]
+
+
 @options.robot_options
 def check(
     trajectory: TrajectoryArgument,
@@ -46,6 +51,7 @@ def check(
     dwell: options.DwellOption = 0.0,
     finish_by: options.FinishByOption = None,
     as_json: options.JsonOption = False,
+    fast: FastOption = False,
 ) -> None:
     """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
 
@@ -53,7 +59,7 @@ def check(
     (.proof) is checked by the small checker instead of the judge.
     """
     if trajectory.suffix.lower() == SUFFIX:
-        checked = check_proof(trajectory)
+        checked = check_proof(trajectory, fast=fast)
         typer.echo(json.dumps(asdict(checked)) if as_json else checked.words)
         raise typer.Exit(0 if checked.proven else 1)
     if robot is None and (several := motions_in(trajectory)) is not None:

@@ -7,6 +7,7 @@
 | `descent` | `solvers` | steps of the SQP, of programs whose terms it can evaluate |
 | `timing` | `retime` | paths made smooth, and timed within all limits |
 | `proof` | `verify` | clearance over all time, distances, kinematics, torques; shares no code with others |
+| `checker` | `files.proof` | the fast kernel, which checks proof files; shares no code with others |
 | `covers` | `model` | convex pieces that cover a mesh, when a robot or an object is loaded |
 """
 
@@ -14,7 +15,7 @@ from importlib.util import find_spec
 
 from trajopt.values.errors import NativeCoresMissing
 
-CORES = ("proximity", "banded", "descent", "timing", "proof", "covers")
+CORES = ("proximity", "banded", "descent", "timing", "proof", "checker", "covers")
 """Names of all cores."""
 
 

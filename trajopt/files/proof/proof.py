@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from trajopt.files.proof.pairs import Pairs, convex_parts, proven_pairs
 from trajopt.files.proof.requirements import Shown
 from trajopt.files.proof.statement import Asked, asked, stated_joints, stated_motion, statement
 from trajopt.files.proof.torque import stated_torque
+from trajopt.native import checker
 from trajopt.planning.judgement import judge
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import JointLimits
@@ -39,6 +40,8 @@ SUFFIX = ".proof"
 MOST_JOINTS = 1_000
 """Most joints of a proof, and the world."""
 MOST_TIMES = 60_000
+LARGEST = 64 * 2**20
+"""Most bytes of a proof."""
 SHORTEST_OF_TORQUE = 1e-3
 """Shorter intervals are not cut for the sake of torque [s]: at a limit that is just kept there is no end."""
 
@@ -75,6 +78,18 @@ class MotionProof:
 
     data: bytes
 
+    @staticmethod
+    def read(path: Path | str) -> "MotionProof":
+        """Read a proof file; its content is not yet checked.
+
+        Raises:
+            FileFormatError: If the file cannot be read.
+        """
+        try:
+            return MotionProof(Path(path).read_bytes())
+        except OSError as error:
+            raise FileFormatError(str(path), f"cannot be read: {error.strerror}") from error
+
     @cached_property
     def statement(self) -> Mapping[str, object]:
         """The statement as plain data.
@@ -82,14 +97,22 @@ class MotionProof:
         Raises:
             FileFormatError: If it cannot be read.
         """
-        stated = self._parts[0]
         try:
-            found = json.loads(stated)
+            found = json.loads(self._parts[0], parse_constant=_refused, object_pairs_hook=_unique)
         except (ValueError, RecursionError):
             found = None
         if not isinstance(found, dict):
             raise FileFormatError("proof", "has no statement that can be read")
         return cast("dict[str, object]", found)
+
+    @property
+    def witness(self) -> bytes:
+        """The bytes of the witness.
+
+        Raises:
+            FileFormatError: If the file does not begin as a proof does.
+        """
+        return self._parts[1]
 
     @property
     def size(self) -> ProofSize:
@@ -127,12 +150,33 @@ class MotionProof:
         with written_whole(path) as draft:
             draft.write_bytes(self.data)
 
-    def check(self) -> "CheckedProof":
-        """Run the checker.
+    @cached_property
+    def fast_fault(self) -> str:
+        """The first part that the fast kernel cannot show; empty if it proves the statement.
 
         Raises:
             FileFormatError: If it is not a proof of the format.
         """
+        stated, witness = self._parts
+        end = len(self.data) - len(witness)
+        if len(self.data) > LARGEST or self.data[end - 32 : end] != hashlib.sha256(stated).digest():
+            raise FileFormatError("proof", "is too long, or its SHA-256 differs")
+        try:
+            return checker.StatedProof(self.statement, witness).fault()
+        except ValueError as error:
+            raise FileFormatError("proof", str(error)) from error
+
+    def check(self, *, fast: bool = False) -> "CheckedProof":
+        """Run the checker.
+
+        Args:
+            fast: Whether the fast kernel is enough if it proves the statement; else the checker decides.
+
+        Raises:
+            FileFormatError: If it is not a proof of the format.
+        """
+        if fast and not self.fast_fault:
+            return CheckedProof(True, f"{self.statement['title']}: PROVEN by the fast kernel")
         with TemporaryDirectory() as folder:
             path = Path(folder) / f"motion{SUFFIX}"
             path.write_bytes(self.data)
@@ -148,6 +192,17 @@ class MotionProof:
             "parts": [part.document() for part in convex_parts(motion.among.reduced)],
         }
         return next((name for name, value in due.items() if self.statement.get(name) != value), "")
+
+
+def _refused(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not a number")
+
+
+def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError("a name is given twice")
+    return found
 
 
 @checked
@@ -310,8 +365,10 @@ class CheckedProof:
     words: str
 
 
-def check_proof(path: Path | str) -> CheckedProof:
-    """Check a proof file."""
+def check_proof(path: Path | str, *, fast: bool = False) -> CheckedProof:
+    """Check a proof file; see `MotionProof.check`."""
+    if fast:
+        return MotionProof.read(path).check(fast=True)
     command = [sys.executable, "-I", str(CHECKER), str(path)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode not in (PROVEN, REFUSED):

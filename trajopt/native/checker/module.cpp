@@ -1,0 +1,67 @@
+// Binding of the fast kernel of proofs: the same check as trajopt/verify/checker, in doubles with bounds of their errors.
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "../leaks.hpp"
+#include "clearance.hpp"
+#include "limits.hpp"
+#include "reading.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+using namespace checker;
+
+class StatedProof {
+ public:
+  StatedProof(nb::handle statement, const nb::bytes& witness)
+      : statement_(read_statement(statement)), witness_(read_witness(std::string(witness.c_str(), witness.size()), statement_)) {}
+
+  // The first fault; empty if the statement is proven.
+  std::string fault() const {
+    const Arm arm(statement_, witness_.grid);
+    if (const std::string found = limits_fault(statement_, arm); !found.empty()) return found;
+    for (const Rule& rule : statement_.rules)
+      if (const int cell = rule.unshown(arm); cell != SHOWN) return unshown(rule.words, arm, cell);
+    if (const std::string found = pairs_fault(statement_, witness_, arm); !found.empty()) return found;
+    const std::vector<bool> holds = leaves_hold(statement_, witness_, arm);
+    for (std::size_t pair = 0; pair < statement_.pairs.size(); ++pair)
+      for (int leaf = witness_.first[pair]; leaf < witness_.first[pair + 1]; ++leaf)
+        if (!holds[leaf]) return leaf_fault(static_cast<int>(pair), leaf);
+    return "";
+  }
+
+  std::vector<bool> leaves() const { return leaves_hold(statement_, witness_, Arm(statement_, witness_.grid)); }
+
+ private:
+  std::string leaf_fault(int pair, int leaf) const {
+    const Pair& stated = statement_.pairs[pair];
+    char rest[120];
+    std::snprintf(rest, sizeof rest, " keep %g mm from %.6g to %.6g s", 1000.0 * stated.clearance, witness_.grid[witness_.begin[leaf]],
+                  witness_.grid[witness_.end(pair, leaf)]);
+    return "leaf " + std::to_string(leaf) + ": it is not shown that " + statement_.parts[stated.one].owner + " and " +
+           statement_.parts[stated.other].owner + rest;
+  }
+
+  Statement statement_;
+  Witness witness_;
+};
+
+}  // namespace
+
+NB_MODULE(checker, module) {
+  leaks::settle();
+  nb::register_exception_translator([](const std::exception_ptr& thrown, void*) {
+    try {
+      std::rethrow_exception(thrown);
+    } catch (const Malformed& error) {
+      PyErr_SetString(PyExc_ValueError, error.what());
+    }
+  });
+  nb::class_<StatedProof>(module, "StatedProof")
+      .def(nb::init<nb::handle, const nb::bytes&>(), "statement"_a, "witness"_a)
+      .def("fault", &StatedProof::fault, nb::call_guard<nb::gil_scoped_release>())
+      .def("leaves", &StatedProof::leaves, nb::call_guard<nb::gil_scoped_release>());
+}
