@@ -11,7 +11,7 @@ import pytest
 
 import trajopt as to
 from tests.server.serving import Serving
-from trajopt.server.client import AsyncClient, Client, ServerError, trajectory_of
+from trajopt.server.client import AsyncClient, Client, ServerError, task_result_of, trajectory_of
 
 REACH = {"goal": {"joint_positions": {"positions": {"joint1": 0.4, "joint2": 0.3}}}}
 POST = {
@@ -36,6 +36,26 @@ def test_a_client_plans_with_feedback(server: Serving) -> None:
         fork.edit([{"remove": {"name": "post"}}])
         assert list(session.read()["objects"]) == ["post"]
         assert fork.read()["objects"] == {}
+
+
+def test_a_task_is_planned_and_its_result_read_here(server: Serving) -> None:
+    job = {
+        "stages": [{"move_to": {"joint1": 0.4, "joint2": 0.3}, "name": "there"}, {"dwell": 0.1}],
+        "name": "rounds",
+    }
+    told: list[Any] = []
+    with Client(server.url) as client, client.session("planar2") as session:
+        session.edit([POST])
+        answer = session.task(job, result=True, listener=told.append)
+        assert answer["verified"] and told
+        assert [stage["name"] for stage in answer["stages"]] == ["there", "dwell"]
+        result = task_result_of(answer, to.load("planar2"))
+        assert result.certificate.verified and list(result.scene.objects) == ["post"]
+        assert "result" not in session.task(job)
+        with pytest.raises(ServerError, match="is for tasks in files"):
+            session.task({"stages": [{"follow": "tool", "file": "/etc/passwd"}]})
+        with pytest.raises(ServerError, match=r"stages\[0\]: seconds must be positive"):
+            session.task({"stages": [{"dwell": -1}]})
 
 
 def test_a_cloud_replaces_the_previous_cloud(server: Serving) -> None:

@@ -1,11 +1,13 @@
 """The order of targets and the posture at each, against all tours."""
 
+from dataclasses import replace
 from itertools import permutations, product
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from trajopt.robot.joints import JointLimits
 from trajopt.tasks.tour import Tours, travel_time
@@ -58,6 +60,24 @@ def test_the_rest_to_rest_time_matches_a_trapezoidal_profile(way: float, speed: 
     t = np.linspace(0.0, time, 20_001)
     profile = np.minimum(np.minimum(rate * t, rate * (time - t)), speed)
     assert float(np.trapezoid(profile, t)) == pytest.approx(way, rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("speed", [0.3, 3.0])
+@pytest.mark.parametrize("rate", [2.0, 50.0, np.inf])
+@pytest.mark.parametrize("way", [1e-3, 0.05, 0.4, 5.0])
+def test_a_jerk_limit_lengthens_the_way_from_rest_to_rest(way: float, rate: float, speed: float) -> None:
+    """The largest speed that is reached is found by bisection."""
+    jerk = 10.0
+
+    def ramp(reached: float) -> float:
+        peak = min(rate, np.sqrt(reached * jerk))
+        return reached / peak + peak / jerk
+
+    reached = brentq(lambda each: each * ramp(each) - way, 1e-9, 1e3)
+    expected = 2.0 * ramp(reached) if reached <= speed else way / speed + ramp(speed)
+    limits = replace(one_joint(speed, rate), jerk=np.array([jerk]))
+    time = float(travel_time(np.zeros(1), np.array([way]), limits, rests=True))
+    assert time == pytest.approx(expected, rel=1e-6)
 
 
 def test_in_passing_only_the_speed_counts() -> None:

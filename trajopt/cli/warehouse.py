@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -20,6 +20,8 @@ from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.server.warehouse import Constraints, Entry, EntryKind, StoredState, Warehouse
+from trajopt.tasks.cartesian import Followed
+from trajopt.tasks.sequence import MotionSequence
 from trajopt.values.documents.document import read_document
 from trajopt.values.errors import FileFormatError, ModelError, shown
 
@@ -245,6 +247,8 @@ def _words(value: object) -> str:
             return "\n".join(f"  {joint:<24} {at:g}" for joint, at in value.positions.items())
         case Constraints():
             return "\n".join(f"  {each.in_full()}" for each in value.requirements)
+        case MotionSequence() | Followed():
+            return str(cast("MotionSequence[Any] | Followed", value).explain())
         case _:
             return str(value)
 

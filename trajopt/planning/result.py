@@ -554,3 +554,19 @@ class Result:
         from trajopt.why import explain
 
         return explain(self, plan_again=plan_again)
+
+
+class SavedResult(Value):
+    """A result of one or several motions that a file can contain."""
+
+    @checked
+    def save(self, path: FilePath | str) -> None:
+        """Write all motions, their problems and the rejected ways into one file; `read_result` reads it.
+
+        Raises:
+            ModelError: If a problem contains code of the caller, which a file cannot hold.
+            FileFormatError: If the file cannot be written.
+        """
+        from trajopt.files.bundle import save
+
+        save(self, path)

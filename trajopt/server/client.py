@@ -13,7 +13,10 @@ import httpx
 import numpy as np
 from numpy.typing import ArrayLike
 
+from trajopt.files.bundle.containers import value_of_message
 from trajopt.files.moveit.trajectories import read_points
+from trajopt.robot.robot import Robot
+from trajopt.tasks.result import TaskResult
 from trajopt.values.arrays import Value
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError, ShapeError, TrajoptError, shown
@@ -51,6 +54,19 @@ def trajectory_of(answer: Mapping[str, Any]) -> Trajectory | None:
     if not answer.get("points"):
         return None
     return read_points(Node({key: answer[key] for key in ("joint_names", "points")}, "answer"))
+
+
+@checked
+def task_result_of(answer: Mapping[str, Any], robot: Robot) -> TaskResult:
+    """Return the result in an answer of `task` with `result=True`; its motions are judged here.
+
+    Args:
+        robot: The robot of the session, loaded here.
+
+    Raises:
+        FileFormatError: If the answer has no result, or a motion is not proven for this robot.
+    """
+    return value_of_message(Node(answer, "answer")["result"], {"robot": robot}, TaskResult)
 
 
 def document_of(response: httpx.Response) -> Any:
@@ -281,6 +297,24 @@ class SessionCalls(Generic[Reply]):
         """
         arguments = {"problem": dict(problem), **options}
         return self.ask("plan", arguments, listener=listener, timeout=timeout, name=name)
+
+    @checked
+    def task(
+        self,
+        task: Mapping[str, Any],
+        *,
+        listener: Listener | None = None,
+        timeout: float | None = None,
+        name: str = "",
+        **options: Any,
+    ) -> Reply:
+        """Plan a task, written as for `trajopt.tasks.read_task`; `task_result_of` returns its result.
+
+        Args:
+            options: `result`, `seconds`, `improve`, `edits`.
+        """
+        arguments = {"task": dict(task), **options}
+        return self.ask("task", arguments, listener=listener, timeout=timeout, name=name)
 
     @checked
     def plan_request(

@@ -3,20 +3,19 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from trajopt.planning.budget import Stop
-from trajopt.planning.result import Result
+from trajopt.planning.result import Result, SavedResult
 from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import whole_robot
 from trajopt.scene.scene import Scene
 from trajopt.scene.track import Track
 from trajopt.timing.time_scaling import after_standing, standing
-from trajopt.values.arrays import Floats, Value, readonly
+from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import PlanningFailed
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement
@@ -97,22 +96,6 @@ class StageTime:
 
     def __str__(self) -> str:
         return f"{self.begin:8.2f} s {self.end - self.begin:8.2f} s  {self.name}"
-
-
-class SavedResult(Value):
-    """A result of one or several motions that a file can contain."""
-
-    @checked
-    def save(self, path: Path | str) -> None:
-        """Write all motions, their problems and the rejected ways into one file; `read_result` reads it.
-
-        Raises:
-            ModelError: If a problem contains code of the caller, which a file cannot hold.
-            FileFormatError: If the file cannot be written.
-        """
-        from trajopt.files.bundle import save
-
-        save(self, path)
 
 
 Part = TypeVar("Part", bound=MotionSegment)

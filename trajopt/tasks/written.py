@@ -1,12 +1,14 @@
 """Tasks in YAML: a list of stages, each a mapping with the kind of the stage as a key."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from trajopt.problem.requirements import follows_curve
 from trajopt.problem.tool_speed import tool_speed
+from trajopt.robot.configuration import ConfigurationLike
 from trajopt.scene.scene import Scene
 from trajopt.tasks.any_order import AnyOrder
 from trajopt.tasks.cartesian.curves import polyline, pose_of, read_poses
@@ -53,19 +55,39 @@ def read_task(path: Path | str, scene: Scene) -> Task:
         ProblemError: If a stage cannot be done.
     """
     document = read_document(path)
+    start = _configuration(document["start"])
+    return task_in(document, scene, start=start, name=Path(path).stem, folder=Path(path).parent)
+
+
+def task_in(
+    document: Node, scene: Scene, *, start: ConfigurationLike, name: str = "task", folder: Path | None = None
+) -> Task:
+    """Return the task of a document, as `read_task` does.
+
+    Args:
+        start: Start, if the document has none.
+        name: Name, if the document has none.
+        folder: Folder of the files of curves; None refuses them.
+    """
     document.only(("start", "stages", "group", "blend", "name"))
-    stages = [_stage(node, scene) for node in document["stages"].elements()]
+    cell = _Cell(scene, folder)
     return Task(
         scene=scene,
-        start=_configuration(document["start"]),
-        stages=stages,
+        start=_configuration(document["start"]) if document.has("start") else start,
+        stages=[_stage(node, cell) for node in document["stages"].elements()],
         group=document["group"].text(default=""),
         blend=document["blend"].number(default=0.0),
-        name=document["name"].text(default=Path(path).stem),
+        name=document["name"].text(default=name),
     )
 
 
-def _stage(node: Node, scene: Scene) -> TaskStage:
+@dataclass(frozen=True, eq=False)
+class _Cell:
+    scene: Scene
+    folder: Path | None
+
+
+def _stage(node: Node, cell: _Cell) -> TaskStage:
     kinds = [key for key in node.keys() if key in _READERS]
     if len(kinds) != 1:
         keys = ", ".join(node.keys())
@@ -73,7 +95,7 @@ def _stage(node: Node, scene: Scene) -> TaskStage:
     others, read = _READERS[kinds[0]]
     node.only((kinds[0], "name", *others))
     try:
-        return read(node, node[kinds[0]], scene, node["name"].text(default=""))
+        return read(node, node[kinds[0]], cell, node["name"].text(default=""))
     except TrajoptError as error:
         if node.path in str(error):
             raise
@@ -90,23 +112,25 @@ def _pose(node: Node) -> Placement:
     return pose_of(node, UPRIGHT, degrees=False)
 
 
-def _move_to(_: Node, goal: Node, scene: Scene, name: str) -> TaskStage:
-    del scene
+def _move_to(_: Node, goal: Node, cell: _Cell, name: str) -> TaskStage:
+    del cell
     pose = not isinstance(goal.value, str) and goal.has("position")
     return MoveTo(_pose(goal) if pose else _configuration(goal), name=name)
 
 
-def _pick(_: Node, picked: Node, scene: Scene, name: str) -> TaskStage:
-    return PickObject(picked.text(), grasps_of(scene, picked.text(), gripper_of(scene)), name=name)
+def _pick(_: Node, picked: Node, cell: _Cell, name: str) -> TaskStage:
+    return PickObject(picked.text(), grasps_of(cell.scene, picked.text(), gripper_of(cell.scene)), name=name)
 
 
-def _place(node: Node, placed: Node, _: Scene, name: str) -> TaskStage:
+def _place(node: Node, placed: Node, _: _Cell, name: str) -> TaskStage:
     return PlaceObject(placed.text(), Place(placement=_pose(node["at"])), name=name)
 
 
-def _follow(node: Node, frame: Node, _: Scene, name: str) -> TaskStage:
+def _follow(node: Node, frame: Node, cell: _Cell, name: str) -> TaskStage:
     if node.has("file"):
-        poses = read_poses(Path(node.path).parent / node["file"].text())
+        if cell.folder is None:
+            raise node["file"].error("is for tasks in files: state the poses as `poses`")
+        poses = read_poses(cell.folder / node["file"].text())
     else:
         poses = tuple(_pose(item) for item in node["poses"].elements())
     curve = polyline(poses, blend=node["blend"].number(default=0.0))
@@ -119,29 +143,29 @@ def _follow(node: Node, frame: Node, _: Scene, name: str) -> TaskStage:
     return FollowCurve(follows_curve(frame.text(), curve), options=options, off=off, name=name)
 
 
-def _items(listed: Node, scene: Scene) -> list[list[TaskStage]]:
+def _items(listed: Node, cell: _Cell) -> list[list[TaskStage]]:
     return [
-        [_stage(stage, scene) for stage in (item.elements() if isinstance(item.value, list) else [item])]
+        [_stage(stage, cell) for stage in (item.elements() if isinstance(item.value, list) else [item])]
         for item in listed.elements()
     ]
 
 
-def _any_order(node: Node, listed: Node, scene: Scene, name: str) -> TaskStage:
+def _any_order(node: Node, listed: Node, cell: _Cell, name: str) -> TaskStage:
     then = _configuration(node["then"]) if node.has("then") else None
-    return AnyOrder(_items(listed, scene), name=name, then=then)
+    return AnyOrder(_items(listed, cell), name=name, then=then)
 
 
-def _attach(node: Node, attached: Node, _: Scene, name: str) -> TaskStage:
+def _attach(node: Node, attached: Node, _: _Cell, name: str) -> TaskStage:
     touch = tuple(link.text() for link in node["touch_links"].elements()) if node.has("touch_links") else ()
     return AttachObject(attached.text(), node["link"].text(), touch_links=touch, name=name)
 
 
-def _move_object(node: Node, moved: Node, _: Scene, name: str) -> TaskStage:
+def _move_object(node: Node, moved: Node, _: _Cell, name: str) -> TaskStage:
     seconds = node["seconds"].number(default=0.0)
     return MoveObject(moved.text(), _pose(node["to"]), seconds=seconds, name=name)
 
 
-Read = Callable[[Node, Node, Scene, str], TaskStage]
+Read = Callable[[Node, Node, _Cell, str], TaskStage]
 _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "move_to": ((), _move_to),
     "dwell": ((), lambda _, value, __, name: Dwell(value.number(), name=name)),
@@ -153,7 +177,7 @@ _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "move_object": (("to", "seconds"), _move_object),
     "follow": (("poses", "file", "speed", "steady", "blend", "off"), _follow),
     "any_order": (("then",), _any_order),
-    "one_of": ((), lambda _, value, scene, name: OneOf(_items(value, scene), name=name)),
-    "fallback": ((), lambda _, value, scene, name: Fallback(_items(value, scene), name=name)),
+    "one_of": ((), lambda _, value, cell, name: OneOf(_items(value, cell), name=name)),
+    "fallback": ((), lambda _, value, cell, name: Fallback(_items(value, cell), name=name)),
 }
 """Key of each kind of stage -> its other keys, and the function that reads it."""

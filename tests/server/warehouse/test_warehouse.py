@@ -14,6 +14,7 @@ from trajopt.optimise.terms.user_functions import FunctionResidual
 from trajopt.planning import Result
 from trajopt.problem.residual import Constraint
 from trajopt.server.warehouse import Constraints, Entry, EntryKind, StoredState, Warehouse
+from trajopt.tasks import Dwell, MoveTo, Task, TaskResult
 from trajopt.values.errors import EntryNotFound, ModelError, ProblemError
 
 
@@ -53,7 +54,7 @@ def test_each_kind_is_read_as_it_was(kept: Warehouse, asked: to.Problem, cell: t
     assert dict(kept.state("home").positions) == {"joint1": 0.25, "joint2": -0.5}
     again = kept.constraints("there")
     assert (str(again.requirements[0]), again.group) == (str(upright), "arm")
-    assert {entry.kind for entry in kept.find()} == set(EntryKind) - {EntryKind.PLAN}
+    assert {entry.kind for entry in kept.find()} == set(EntryKind) - {EntryKind.PLAN, EntryKind.TASK}
 
 
 def test_a_state_begins_a_problem(kept: Warehouse, cell: to.Scene) -> None:
@@ -201,6 +202,34 @@ def test_a_bundle_of_a_problem_is_a_problem(kept: Warehouse, asked: to.Problem, 
     save(asked, tmp_path / "a.trajopt")
     assert kept.add_bundle(tmp_path / "a.trajopt", "task").kind is EntryKind.PROBLEM
     assert str(kept.problem("task")) == str(asked)
+
+
+def test_the_result_of_a_task_is_kept_found_and_exported(
+    kept: Warehouse, cell: to.Scene, tmp_path: Path
+) -> None:
+    there = {"joint1": 1.4, "joint2": 0.4}
+    stages = [MoveTo(there, name="past the ball"), Dwell(0.1)]
+    result = to.plan(Task(scene=cell, start=[0.0, 0.4], stages=stages, name="rounds"))
+    kept.add("cell", cell)
+    entry = kept.add("rounds", result)
+    assert (entry.kind, entry.status, entry.goal) == (EntryKind.TASK, "SOLVED", "past the ball, dwell")
+    assert entry.duration == pytest.approx(result.duration)
+    for found in (
+        kept.find(kind=EntryKind.TASK, scene="cell", solved=True),
+        kept.find(goal=there, within=1e-3),
+        kept.find(goal="past", text="ball"),
+    ):
+        assert [each.name for each in found] == ["rounds"]
+    again = kept.task("rounds")
+    assert isinstance(again, TaskResult) and again.stages == result.stages
+    kept.export(entry, tmp_path / "a.trajopt")
+    assert kept.add_bundle(tmp_path / "a.trajopt").version == 2
+    with Warehouse(tmp_path / "other.warehouse") as other:
+        kept.copy_to(other, [entry])
+        assert isinstance(other.task("rounds"), TaskResult)
+    impossible = to.plan(Task(scene=cell, start=[0.0, 0.4], stages=[MoveTo(to.placement((9.0, 0.0, 0.0)))]))
+    assert kept.add("far", impossible).status == "NO_INVERSE_KINEMATICS"
+    assert kept.find(text="far", solved=False)
 
 
 def test_refuses_to_export_a_scene_as_a_bundle(kept: Warehouse, cell: to.Scene, tmp_path: Path) -> None:

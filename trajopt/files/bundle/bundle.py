@@ -149,10 +149,15 @@ def save(
         return
     if proof:
         raise ProblemError("each segment has a proof of its own: segment.result.require().save_proof(path)")
+    write_archive(path, result_members(what))
+
+
+def result_members(what: Value) -> dict[str, bytes]:
+    """Return the members of the result of a task, of a pick and place, or of following a curve, by name."""
     document, writer = shared_document(what)
     members = {VALUE: _json(document), **named_members(writer)}
     name = str(getattr(what, "name", type(what).__name__))
-    write_archive(path, {DESCRIPTION: _described(Holds.MOTIONS, name, members), **members})
+    return {DESCRIPTION: _described(Holds.MOTIONS, name, members), **members}
 
 
 def bundle_members(
@@ -354,7 +359,11 @@ def read_result(path: Path | str, *, meshes: Path | str | None = None) -> Value:
 
 def read_saved(path: Path | str, *, meshes: Path | str | None = None) -> Bundle | Value:
     """Read a bundle or a result, as `read_bundle` and `read_result` do."""
-    archive = Archive(path)
+    return saved_of(Archive(path), meshes)
+
+
+def saved_of(archive: Members, meshes: Path | str | None = None) -> Bundle | Value:
+    """Return the bundle or the result that is stored in members."""
     about, holds = _about(archive)
     return _result(archive, meshes) if holds is Holds.MOTIONS else _bundle(archive, about, holds, meshes)
 

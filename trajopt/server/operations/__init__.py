@@ -11,6 +11,7 @@ from trajopt.server.operations.planning import (
     forward_kinematics,
     inverse_kinematics,
     plan,
+    plan_task,
     validity,
 )
 from trajopt.server.operations.scenes import cloud, edit, planning_scene, read, set_motions
@@ -19,6 +20,7 @@ from trajopt.server.operations.worlds import call, drive, hold, robot, scene
 OPERATIONS: Mapping[str, Operation] = {
     "plan": Operation(plan),
     "explain": Operation(explain),
+    "task": Operation(plan_task),
     "follow": Operation(follow_curve),
     "check": Operation(check, Lane.QUICK),
     "forward_kinematics": Operation(forward_kinematics, Lane.QUICK),

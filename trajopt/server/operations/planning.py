@@ -3,8 +3,9 @@
 from base64 import b64encode
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import cast
+from typing import TypeVar, cast
 
+from trajopt.files.bundle.containers import message_of
 from trajopt.files.moveit.motion_plan_request import request_of
 from trajopt.files.moveit.trajectories import read_joint_trajectory, read_points
 from trajopt.files.proof import prove
@@ -25,6 +26,8 @@ from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.server.operations.scenes import edited, placement_document
 from trajopt.server.operations.words import called, value_of
 from trajopt.tasks.cartesian import FollowOptions, follow, follows_curve
+from trajopt.tasks.result import TaskResult
+from trajopt.tasks.written import task_in
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import PlanningFailed, ProblemError
@@ -81,9 +84,35 @@ def planned(problem: Problem, watch: Watch, how: Node) -> Result:
         progress=watch.progress if watch.heard else None,
         on_incumbent=watch.incumbent if watch.heard else None,
     )
+    return _timed_out(result, watch)
+
+
+Outcome = TypeVar("Outcome", Result, TaskResult)
+
+
+def _timed_out(result: Outcome, watch: Watch) -> Outcome:
     if result.status is Status.CANCELLED and watch.seconds_left <= 0.0:
         return replace(result, status=Status.OUT_OF_TIME, stopped=Stop.CLOCK)
     return result
+
+
+def plan_task(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Plan a task, written as in YAML, from the session's positions unless it has a start.
+
+    With `result` the answer has the whole result in the form of `message_of`.
+    """
+    arguments.only(("edits", "task", "seconds", "improve", "result"))
+    state = changed(state, arguments)
+    planned_task = plan_problem(
+        task_in(arguments["task"], state.scene, start=state.positions),
+        improve=arguments["improve"].flag(),
+        budget=Budget(arguments["seconds"].number(0.0) or None),
+        cancel=watch.cancel,
+        progress=watch.progress if watch.heard else None,
+    )
+    result = _timed_out(planned_task, watch)
+    whole = {"result": message_of(result, {"robot": state.scene.robot})}
+    return Answer({**result.as_dict(), **(whole if arguments["result"].flag() else {})})
 
 
 def explain(state: SessionState, arguments: Node, watch: Watch) -> Answer:

@@ -1,14 +1,14 @@
 """Kinds, entries, and named values of a warehouse."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from trajopt.files.bundle import Bundle
 from trajopt.files.bundle.codec import BundleWriter, digest_as_written
 from trajopt.optimise.terms.joint_positions import fixed_positions
-from trajopt.planning.result import Plan, Result
+from trajopt.planning.result import Plan, Result, SavedResult
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import GoalSet, Requirement
 from trajopt.robot.robot import Robot
@@ -18,6 +18,9 @@ from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
+if TYPE_CHECKING:
+    from trajopt.tasks.sequence import MotionSequence
+
 
 class EntryKind(Enum):
     """Kinds of entries; each value describes its kind."""
@@ -26,6 +29,7 @@ class EntryKind(Enum):
     SCENE = "a robot among objects"
     PROBLEM = "a problem without a plan"
     PLAN = "a result of planning: a plan, or a failure"
+    TASK = "a result of a task, of a pick and place, or of following a curve"
     STATE = "positions of a robot's joints"
     CONSTRAINTS = "requirements that motions keep to"
 
@@ -119,7 +123,7 @@ def oldest_first(entries: Iterable[Entry]) -> list[Entry]:
     return [next(in_turn[each.kind, each.name]) for each in by_date]
 
 
-Keepable: TypeAlias = Result | Plan | Problem | Scene | Robot | StoredState | Constraints
+Keepable: TypeAlias = Result | Plan | SavedResult | Problem | Scene | Robot | StoredState | Constraints
 """Values that a warehouse stores."""
 
 
@@ -157,11 +161,10 @@ def described(value: Keepable | Bundle) -> Described:
             return _of_answer(
                 value.problem, motion if value.verified else None, value.status.name, value.reason
             )
+        case SavedResult():
+            return _of_saved(value)
         case Bundle():
-            if not value.answer:
-                return _of_problem(value.problem)
-            motion = value.trajectory if value.answer.get("verified") is True else None
-            return _of_answer(value.problem, motion, value.status, str(value.answer.get("message", "")))
+            return _of_bundle(value)
         case StoredState():
             words = " ".join((value.robot, *value.positions))
             return Described(kind=EntryKind.STATE, robot=value.robot, ends=value.positions, words=words)
@@ -169,7 +172,7 @@ def described(value: Keepable | Bundle) -> Described:
             words = " ".join((value.robot, value.group, *map(str, value.requirements)))
             return Described(kind=EntryKind.CONSTRAINTS, robot=value.robot, words=words)
     raise ProblemError(
-        "a warehouse keeps results, plans, problems, scenes, robots, states and constraints, "
+        "a warehouse keeps results of all kinds, plans, problems, scenes, robots, states and constraints, "
         f"not {shown(value)}"
     )
 
@@ -189,6 +192,35 @@ def _of_problem(problem: Problem) -> Described:
         goal=str(goal) if isinstance(goal, GoalSet) else " and ".join(map(str, problem.goals)),
         ends={} if fixed is None else dict(zip(joints, map(float, fixed), strict=True)),
         words=" ".join((problem.name, str(problem), *problem.scene.objects)),
+    )
+
+
+def _of_bundle(bundle: Bundle) -> Described:
+    if not bundle.answer:
+        return _of_problem(bundle.problem)
+    motion = bundle.trajectory if bundle.answer.get("verified") is True else None
+    return _of_answer(bundle.problem, motion, bundle.status, str(bundle.answer.get("message", "")))
+
+
+def _of_saved(value: SavedResult) -> Described:
+    from trajopt.tasks.cartesian import Followed  # slow to import
+
+    if isinstance(value, Followed):
+        motion = value.trajectory if value.verified else None
+        return replace(
+            _of_answer(value.problem, motion, value.status.name, value.reason), kind=EntryKind.TASK
+        )
+    found = cast("MotionSequence[Any]", value)
+    stages = [stage.name for stage in found.stages] if found.verified else []
+    return Described(
+        kind=EntryKind.TASK,
+        robot=found.scene.robot.name,
+        scene=scene_fingerprint(found.scene),
+        goal=", ".join(stages),
+        ends=found.final_state if found.verified else {},
+        status=found.status.name,
+        duration=found.trajectory.duration if found.verified else None,
+        words=" ".join((found.name, found.group, found.reason, *stages, *found.scene.objects)),
     )
 
 

@@ -9,9 +9,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, cast
 
-from trajopt.files.bundle.bundle import DESCRIPTION, bundle_members, bundle_of, value_members, value_of
+from trajopt.files.bundle.bundle import (
+    DESCRIPTION,
+    bundle_members,
+    result_members,
+    saved_of,
+    value_members,
+    value_of,
+)
 from trajopt.files.bundle.containers import LARGEST, MOST_MEMBERS, Members, digest, is_plain
-from trajopt.planning.result import Plan, Result
+from trajopt.planning.result import Plan, Result, SavedResult
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
@@ -158,14 +165,17 @@ def _names(connection: sqlite3.Connection, kind: EntryKind | None) -> list[str]:
 
 LONGEST_NAME = 200
 """Characters of a name or a tag."""
-BUNDLED = (EntryKind.PROBLEM, EntryKind.PLAN)
-"""Kinds that are stored as bundles."""
+BUNDLED = (EntryKind.PROBLEM, EntryKind.PLAN, EntryKind.TASK)
+"""Kinds that are stored as the members of a file that `save` writes."""
 
 
 def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:
+    """Return the members of a value by name."""
     match what:
         case Result() | Plan() | Problem():
             return bundle_members(what, explained=explained)
+        case SavedResult():
+            return result_members(what)
         case StoredState():
             return value_members({"robot": what.robot, "positions": what.positions}, "state")
         case Constraints():
@@ -178,7 +188,7 @@ def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:
 def kept_in(members: Members, kind: EntryKind, meshes: Path | str | None = None) -> Any:
     """Return the value of members: for a problem or a plan the bundle."""
     if kind in BUNDLED:
-        return bundle_of(members, meshes)
+        return saved_of(members, meshes)
     value: object = value_of(members, meshes)
     wanted = {EntryKind.ROBOT: Robot, EntryKind.SCENE: Scene}.get(kind, dict)
     if not isinstance(value, wanted):

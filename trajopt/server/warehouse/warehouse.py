@@ -12,10 +12,11 @@ from typing import Any, cast
 import numpy as np
 
 from trajopt.files.bundle import Bundle
-from trajopt.files.bundle.bundle import bundle_of
+from trajopt.files.bundle.bundle import saved_of
 from trajopt.files.bundle.containers import Archive, write_archive
 from trajopt.files.proof import StandingMotion
 from trajopt.planning.experience import Experience, Memory
+from trajopt.planning.result import SavedResult
 from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
@@ -104,7 +105,7 @@ class Warehouse:
         """Store a value durably; the previous value of that name stays as an earlier version.
 
         Args:
-            what: A result of any status; a plan, problem, scene, robot, state, or constraints.
+            what: A result of any kind and status; a plan, problem, scene, robot, state, or constraints.
             explained: Whether to include the explanation of a failure, which takes up to some seconds.
         """
         about, members = described(what), members_of(what, explained=explained)
@@ -114,17 +115,16 @@ class Warehouse:
     def add_bundle(
         self, path: Path | str, name: str = "", *, tags: Sequence[str] = (), note: str = ""
     ) -> Entry:
-        """Store a bundle's file, by default under the name of its problem.
+        """Store a bundle's file, by default under the name of its problem or of its task.
 
         Raises:
             FileFormatError: If it is not a bundle, or cannot be stored.
         """
         archive = Archive(path)
-        bundle = bundle_of(archive)
+        saved: Any = saved_of(archive)
+        named = str(getattr(saved, "name", "") or saved.problem.name)
         members = {each: archive.read(each) for each in archive.names}
-        return keep(
-            self._database, name or bundle.problem.name, described(bundle), members, tags=tags, note=note
-        )
+        return keep(self._database, name or named, described(saved), members, tags=tags, note=note)
 
     @checked
     def find(
@@ -191,6 +191,14 @@ class Warehouse:
         return self.load(self.entry(name, kind=EntryKind.PLAN, version=version))
 
     @checked
+    def task(self, name: str, *, version: int | None = None) -> SavedResult:
+        """Return the result of a task, of a pick and place, or of following a curve; see `robot`.
+
+        Its motions are judged again.
+        """
+        return self.load(self.entry(name, kind=EntryKind.TASK, version=version))
+
+    @checked
     def standing(self, name: str, *, version: int | None = None) -> StandingMotion:
         """Return a plan's motion, verified again, for questions whether it is proven in changed scenes.
 
@@ -241,7 +249,7 @@ class Warehouse:
 
     @checked
     def export(self, entry: Entry, path: Path | str) -> None:
-        """Write a problem or a plan as a bundle's file, for all commands."""
+        """Write a problem, a plan or a result as a bundle's file, for all commands."""
         if entry.kind not in BUNDLED:
             raise ModelError(
                 f"{shown(entry.name)} is {entry.kind.value}, and bundles are of problems and plans: "

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 
-from trajopt.planning.result import Plan, Result
+from trajopt.planning.result import Plan, Result, SavedResult
 from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
-from trajopt.tasks.sequence import SavedResult
 from trajopt.timing import Retimed
 from trajopt.values.documents.document import write_json
 from trajopt.values.errors import PlanningFailed
