@@ -10,6 +10,7 @@ from trajopt.cli import options
 from trajopt.cli.plan import OptionalScene
 from trajopt.cli.problems import scene_around
 from trajopt.cli.progress import progress_line
+from trajopt.files.export import EXPORTERS
 from trajopt.files.export import export as write_motion
 from trajopt.planning.plan import plan as plan_task
 from trajopt.tasks.result import TaskResult
@@ -33,7 +34,7 @@ ImproveOption = Annotated[
     bool, typer.Option("--improve", help="Optimise path and timing of each motion together.")
 ]
 FileOption = Annotated[Path, typer.Option("--out", help="File to write.")]
-ToOption = Annotated[str, typer.Option("--to", help="csv, ros2, ros2-topic, moveit or mcap.")]
+ToOption = Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTERS)}.")]
 HzOption = Annotated[float | None, typer.Option("--hz", help=r"Samples per second \[1/s].")]
 
 
@@ -122,7 +123,7 @@ def export(
     improve: ImproveOption = False,
     hz: HzOption = None,
 ) -> None:
-    """Plan a job and write it as one motion of all moving joints. Exit status 0, 1 no plan, 2 bad input."""
+    """Plan a job and write it as one motion or program. Exit status 0, 1 no plan, 2 bad input."""
     result = _planned(_read(robot, job, scene), improve=improve, seconds=None)
     if not result.verified:
         typer.echo(str(result.explain()))

@@ -13,7 +13,7 @@ from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.values.errors import FileFormatError
 
 JOINTS = ("pan", "lift, left", "slide")
-READ = sorted(set(EXPORTERS) - {"urscript", "urscript-movej", "mcap"})
+READ = sorted(set(EXPORTERS) - {"urscript", "urscript-movej", "urscript-program", "mcap"})
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def test_a_motion_at_its_limits_holds_them_as_it_is_read_back(tmp_path: Path, na
     assert [list(point.positions) for point in sent.points] == back.positions.tolist()
 
 
-@pytest.mark.parametrize("name", ["urscript", "urscript-movej"])
+@pytest.mark.parametrize("name", ["urscript", "urscript-movej", "urscript-program"])
 def test_a_urscript_program_differs_from_a_broken_file(tmp_path: Path, name: str) -> None:
     ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
     rows = np.linspace(np.zeros(6), np.full(6, 0.2), 3)

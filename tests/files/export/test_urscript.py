@@ -5,11 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import trajopt as to
-from tests.files.export.urscript import Controller, Halted
-from trajopt.files.export import Movej, Servoj, export
+from tests.files.export.urscript import CALL, Controller, Halted
+from trajopt.files.export import Movej, Servoj, UrProgram, export
 from trajopt.files.export.urscript import UR_JOINTS
+from trajopt.optimise.kinematics import forward_kinematics
+from trajopt.tasks import AttachObject, DetachObject, Dwell, FollowCurve, MoveTo, Task, TaskResult
+from trajopt.tasks.cartesian import Begin, FollowOptions, follows_curve, polyline
 from trajopt.timing.time_scaling import begun_later
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError
@@ -67,6 +71,97 @@ def test_movej_waits_as_long_as_the_motion_does(motion: to.Trajectory, tmp_path:
     assert any("waits 0." in note for note in written.notes)
     export(motion, tmp_path / "at_once.script", to="urscript-movej")
     assert "sleep(" not in (tmp_path / "at_once.script").read_text()
+
+
+UR5_READY = dict(zip(UR_JOINTS, (0.0, -1.2, 1.6, -1.97, -1.57, 0.0), strict=True))
+
+
+@pytest.fixture(scope="module")
+def polished() -> TaskResult:
+    """A part is taken by suction and led along a corner."""
+    arm = to.load("ur5")
+    scene = to.Scene(arm)
+    here = scene.placement_of("tool0", arm.positions(UR5_READY))
+    scene = scene.add("part", to.Box(0.02, 0.02, 0.02), here * to.placement((0.0, 0.0, 0.02)))
+    corners = [here, here * to.placement((0.05, 0.0, 0.0)), here * to.placement((0.05, 0.05, 0.0))]
+    steady = (to.tool_speed("tool0", linear=0.05),)
+    options = FollowOptions(begin=Begin.ANY_BRANCH, tool_speed=steady)
+    curve = follows_curve("tool0", polyline(corners, blend=0.01), offset=(0.0, 0.0, 0.04))
+    stages = [
+        MoveTo(UR5_READY),
+        AttachObject("part", "tool0", touch_links=("wrist_3_link",)),
+        Dwell(0.3),
+        FollowCurve(curve, options=options, name='edge "A"'),
+        DetachObject("part"),
+        MoveTo(dict(zip(UR_JOINTS, START, strict=True)), name="home"),
+    ]
+    result = to.plan(Task(scene=scene, group="manipulator", start=UR5_READY, stages=stages))
+    assert result.verified, result.explain()
+    return result
+
+
+def called(text: str, *names: str) -> list[tuple[str, str]]:
+    """Return the calls of a program, in order."""
+    found = [CALL.fullmatch(line.strip()) for line in text.splitlines()]
+    return [(each[1], each[2]) for each in found if each is not None and each[1] in names]
+
+
+def test_a_program_has_sections_with_outputs_and_curves(polished: TaskResult, tmp_path: Path) -> None:
+    path = tmp_path / "m.script"
+    export(polished, path, to=UrProgram(grip=2, process=3))
+    calls = called(
+        path.read_text(), "set_standard_digital_out", "movel", "movep", "set_tcp", "sleep", "stopj"
+    )
+    kinds = [name + (f"({words})" if "out" in name else "") for name, words in calls]
+    on, off = "set_standard_digital_out(2, True)", "set_standard_digital_out(2, False)"
+    before, after = "set_standard_digital_out(3, True)", "set_standard_digital_out(3, False)"
+    legs = kinds.count("movep")
+    ahead = kinds[: kinds.index("set_tcp")]
+    assert [name for name in ahead if name != "stopj"] == [on, "sleep"]
+    assert kinds[len(ahead) :] == ["set_tcp", "movel", before, *["movep"] * legs, after, off, "stopj"]
+    assert 3 <= legs < 60
+    (tool,) = (words for name, words in calls if name == "set_tcp")
+    np.testing.assert_allclose(pose(tool), (0, 0, 0.04, 0, 0, 0), atol=1e-9)
+
+
+def pose(words: str) -> Floats:
+    return np.array([float(each) for each in words.removeprefix("p[").partition("]")[0].split(",")])
+
+
+def test_the_lines_of_a_program_follow_the_curve(polished: TaskResult, tmp_path: Path) -> None:
+    path = tmp_path / "m.script"
+    export(polished, path, to=UrProgram(tolerance=2e-4, blend=5e-4))
+    (plan,) = (each.result.require() for each in polished.segments if each.stages == ('edge "A"',))
+    motion, reduced = plan.trajectory, plan.problem.reduced
+    rows = motion(np.linspace(0.0, motion.duration, 4000))
+    seen = forward_kinematics(reduced, "tool0", rows, reference="base", offset=(0.0, 0.0, 0.04))
+    lines = [words for _, words in called(path.read_text(), "movel", "movep")]
+    tips = np.array([pose(words)[:3] for words in lines])
+    assert np.linalg.norm(seen.translation[:, None] - tips, axis=-1).min(axis=0).max() < 3e-5
+    share = np.linspace(0.0, 1.0, 30)[:, None]
+    between = np.concatenate([a + share * (b - a) for a, b in pairwise(tips)])
+    apart = np.linalg.norm(seen.translation[:, None] - between, axis=-1)
+    assert apart.min(axis=0).max() < 4e-4 and apart.min(axis=1).max() < 1.5e-3
+    turned = Rotation.from_rotvec(pose(lines[-1])[3:]).as_matrix()
+    np.testing.assert_allclose(turned, seen.rotation[-1], atol=1e-6)
+    speeds = {float(words.partition("v=")[2].partition(",")[0]) for words in lines}
+    assert list(speeds) == [pytest.approx(0.05, rel=0.02)]
+    text = path.read_text()
+    assert 'popup("Grip part, then continue."' in text and "# edge  A \n" in text
+
+
+def test_a_program_begins_each_stream_where_the_motion_does(polished: TaskResult, tmp_path: Path) -> None:
+    path = tmp_path / "m.script"
+    export(polished, path, to="urscript-program")
+    starts = [pose(words.removeprefix("[")) for name, words in called(path.read_text(), "movej")]
+    streamed = [each for each in polished.segments if each.stages != ('edge "A"',)]
+    planned = [each.trajectory.ordered(UR_JOINTS).positions[0] for each in streamed]
+    np.testing.assert_allclose(starts, planned, atol=1e-8)
+
+
+def test_outputs_that_are_not_there_are_refused() -> None:
+    with pytest.raises(ShapeError, match="grip: must be from 0 to 7, is 8"):
+        UrProgram(grip=8)
 
 
 def test_one_line_is_reported_in_the_singular(motion: to.Trajectory, tmp_path: Path) -> None:

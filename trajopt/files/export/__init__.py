@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from trajopt.files.export.exporter import Exported as Exported
 from trajopt.files.export.exporter import Exporter as Exporter
 from trajopt.files.export.exporter import ModelExporter as ModelExporter
+from trajopt.files.export.exporter import ProgramExporter as ProgramExporter
+from trajopt.files.export.exporter import ProgramSection as ProgramSection
 from trajopt.files.export.sampled import Csv as Csv
 from trajopt.files.export.sampled import FollowJointTrajectory as FollowJointTrajectory
 from trajopt.files.export.sampled import JointTrajectory as JointTrajectory
@@ -14,6 +16,8 @@ from trajopt.files.export.sampled import Mcap
 from trajopt.files.export.sampled import RobotTrajectoryMessage as RobotTrajectoryMessage
 from trajopt.files.export.urscript import Movej as Movej
 from trajopt.files.export.urscript import Servoj as Servoj
+from trajopt.files.export.urscript import UrProgram as UrProgram
+from trajopt.problem.requirements import FollowsCurve
 from trajopt.scene import reduced
 from trajopt.scene.planned_robot import Planned, PlannedMotion, PlannedWhole
 from trajopt.values import arrays
@@ -29,6 +33,7 @@ EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
     "moveit": RobotTrajectoryMessage,
     "urscript": Servoj,
     "urscript-movej": Movej,
+    "urscript-program": UrProgram,
     "mcap": Mcap,
 }
 """Format name -> factory of its exporter with default options."""
@@ -54,8 +59,9 @@ def export(
         motion: A plan, a successful result of one or several motions, or a trajectory.
         path: Messages are JSON if its name ends in .json, YAML otherwise.
         to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
-            "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); "mcap" (a
-            log for Foxglove, with robot and scene of a plan); or an exporter with your own options.
+            "moveit"; "urscript" (a stream of servoj), "urscript-movej" (movej with blends) or
+            "urscript-program" (one program of several motions: `UrProgram`); "mcap" (a log for Foxglove, with
+            robot and scene of a plan); or an exporter with your own options.
         hz: Samples per second. By default messages have the motion's own points, tables 100 samples per
             second, URScript 125 and logs 50.
 
@@ -72,6 +78,8 @@ def export(
         raise ProblemError(f"to is an Exporter or the name of one, is {shown(to)}")
     if isinstance(motion, Trajectory):
         return exporter.write(motion, arrays.path("path", path), hz)
+    if isinstance(exporter, ProgramExporter):
+        return exporter.write_program(_sections(motion), arrays.path("path", path), hz)
     model, trajectory = _whole(motion)
     if isinstance(exporter, ModelExporter):
         exporter = exporter.with_model(model)
@@ -89,3 +97,19 @@ def _whole(motion: Motions) -> tuple[reduced.ReducedModel, Trajectory]:
         )
     found = cast("PlannedMotion[reduced.ReducedModel]", plan)
     return found.problem.reduced, found.trajectory
+
+
+def _sections(motion: Motions) -> list[ProgramSection]:
+    """Return the motions of a result of several, with what the hand does between them; or the only one."""
+    found: Any = motion
+    if not isinstance(getattr(found, "segments", None), tuple):
+        model, trajectory = _whole(motion)
+        goals = getattr(getattr(found, "problem", None), "goals", ())
+        curve = next((goal for goal in goals if isinstance(goal, FollowsCurve)), None)
+        return [ProgramSection("motion", model, trajectory, curve)]
+    segments = found.require()
+    scenes = [*(segment.result.problem.scene for segment in segments[1:]), found.final_scene]
+    return [
+        ProgramSection.between(segment.title, segment.result, segment.rest, after)
+        for segment, after in zip(segments, scenes, strict=True)
+    ]

@@ -1,10 +1,17 @@
-"""Exporter: the interface for writing a motion in one format."""
+"""Exporter: the interface for writing a motion, or several, in one format."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+from trajopt.planning.result import Result
+from trajopt.problem.requirements import FollowsCurve
 from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Value
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD
 from trajopt.values.trajectory import Trajectory
 
 
@@ -46,4 +53,54 @@ class ModelExporter(Exporter, Protocol):
 
     def with_model(self, reduced: ReducedModel) -> Exporter:
         """Return the exporter for a robot and its scene."""
+        ...
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class ProgramSection(Value):
+    """One motion of a program, and the rest at its end.
+
+    Attributes:
+        curve: The curve that the motion follows; None without one.
+        gripped: Objects that are attached to the robot at its end.
+        released: Objects that are detached from the robot at its end.
+    """
+
+    title: str
+    reduced: ReducedModel
+    trajectory: Trajectory
+    curve: FollowsCurve | None = None
+    rest: float = 0.0
+    gripped: tuple[str, ...] = ()
+    released: tuple[str, ...] = ()
+
+    @staticmethod
+    @checked
+    def between(title: str, result: Result, rest: float, after: Scene) -> "ProgramSection":
+        """Return the section of a planned motion, with the scene after it."""
+        plan = result.require()
+        curves = [goal for goal in plan.problem.goals if isinstance(goal, FollowsCurve)]
+        before, later = _held(plan.problem.scene), _held(after)
+        return ProgramSection(
+            title,
+            plan.problem.reduced,
+            plan.trajectory,
+            curves[0] if curves else None,
+            rest,
+            tuple(name for name in later if name not in before),
+            tuple(name for name in before if name not in later),
+        )
+
+
+def _held(scene: Scene) -> tuple[str, ...]:
+    return tuple(name for name in scene.objects if scene.holder(name).link != WORLD)
+
+
+@runtime_checkable
+class ProgramExporter(Exporter, Protocol):
+    """An exporter that writes several motions as the sections of one program."""
+
+    def write_program(self, sections: Sequence[ProgramSection], path: Path, hz: float | None) -> Exported:
+        """Write motions, one after the other."""
         ...

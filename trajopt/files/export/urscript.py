@@ -1,18 +1,22 @@
-"""Programs for the controllers of Universal Robots: a stream of `servoj`, or `movej` with blends."""
+"""Programs for the controllers of Universal Robots: streams of `servoj`, `movej` with blends, whole tasks."""
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from trajopt.files.export.exporter import Exported
+from trajopt.files.export.exporter import Exported, ProgramSection
+from trajopt.optimise.kinematics.forward import forward_kinematics
+from trajopt.problem.requirements import FollowsCurve
+from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, number
 from trajopt.values.documents.document import write_text
 from trajopt.values.errors import ShapeError, listed
 from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.printed import in_number
 from trajopt.values.trajectory import Trajectory
 
@@ -52,6 +56,16 @@ _STILL = 1e-5
 """A joint that moved less than this is still at rest [rad]."""
 _SHORTEST_REST = 0.02
 """Shorter rests are not written as waits; a smooth start looks the same [s]."""
+ALIGNING = 0.1
+"""Speed to the start of a stream: after a curve the arm is beside it by the arm's calibration [rad/s]."""
+OUTPUTS = 8
+"""Number of standard digital outputs."""
+TURN_ARM = 0.1
+"""Length that makes a turn a distance, for the accuracy of rotations along a curve [m]."""
+NEAR = 0.4
+"""Largest blend radius, as a share of the shorter line at the corner: below a half they do not overlap."""
+_SLOWEST = 1e-3
+"""Smallest commanded speed of the tool [m/s]."""
 _SAMPLES = 2000
 """Number of samples for finding the corners of `movej`: one every 5 ms in ten seconds."""
 
@@ -74,16 +88,9 @@ class Servoj:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        rate = CONTROL_RATE if hz is None else number("hz", hz)
-        if rate > FASTEST_RATE:
-            raise ShapeError("hz", f"controllers take at most {FASTEST_RATE:g} commands per second")
+        rate = _rate(hz)
         samples = in_ur_order(trajectory).sampled(rate)
-        step = 1.0 / rate
-        options = f"t={step:.9g}, lookahead_time={self.lookahead_time:g}, gain={self.gain:g}"
-        holding = math.ceil(self.lookahead_time / step)
-        # The arm starts at the first sample; each cycle commands the position at its end.
-        streamed = [*samples.positions[1:], *[samples.positions[-1]] * holding]
-        lines = [f"servoj({_vector(row)}, {options})" for row in streamed]
+        lines = self.lines(samples, rate)
         notes = (
             f"{rate:g} commands per second, positions in rad in the order of URScript",
             f"the last position is held for {self.lookahead_time:g} s until the arm reaches it",
@@ -93,7 +100,23 @@ class Servoj:
             *_STARTING,
         )
         _write(path, [*lines, f"stopj({STOPPING:g})"], samples.positions[0], notes)
-        return Exported(path, len(samples.times), len(lines) * step, notes)
+        return Exported(path, len(samples.times), len(lines) / rate, notes)
+
+    @checked
+    def lines(self, samples: Trajectory, rate: float) -> list[str]:
+        """Return the commands of a sampled motion, held at its end until the arm reaches it."""
+        options = f"t={1.0 / rate:.9g}, lookahead_time={self.lookahead_time:g}, gain={self.gain:g}"
+        holding = math.ceil(self.lookahead_time * rate)
+        # The arm starts at the first sample; each cycle commands the position at its end.
+        streamed = [*samples.positions[1:], *[samples.positions[-1]] * holding]
+        return [f"servoj({_vector(row)}, {options})" for row in streamed]
+
+
+def _rate(hz: float | None) -> float:
+    rate = CONTROL_RATE if hz is None else number("hz", hz)
+    if rate > FASTEST_RATE:
+        raise ShapeError("hz", f"controllers take at most {FASTEST_RATE:g} commands per second")
+    return rate
 
 
 @dataclass(frozen=True)
@@ -150,6 +173,158 @@ class Movej:
         return Exported(path, len(corners), float(lasting), notes)
 
 
+@checked
+@dataclass(frozen=True)
+class UrProgram:
+    """A task as one program: a section for each motion, rests, and outputs for the gripper and the process.
+
+    A curve is a section of `movel` and `movep` at the speed of the motion; other motions are streams of
+    `servoj`. While an object is attached, `grip` is on; on a curve, `process` is on. Motions of the fingers
+    are rests of their duration.
+
+    Attributes:
+        grip: Standard digital output of the gripper, 0 to 7; the program pauses with a message if None.
+        process: Standard digital output of the process, 0 to 7; None for none.
+        tolerance: Largest distance of the straight lines from a curve along each axis [m].
+        blend: Largest blend radius of their corners [m].
+        stream: Options of the streams.
+    """
+
+    grip: int | None = None
+    process: int | None = None
+    tolerance: float = 1e-4
+    blend: float = 0.001
+    stream: Servoj = field(default_factory=Servoj)
+
+    def __post_init__(self) -> None:
+        for name, output in (("grip", self.grip), ("process", self.process)):
+            if output is not None:
+                _within(name, output, 0, OUTPUTS - 1)
+        _within("tolerance", self.tolerance, 1e-6, 1.0)
+        _within("blend", self.blend, 0.0, 1.0)
+
+    @checked
+    def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
+        """Write one motion as a stream."""
+        return self.stream.write(trajectory, path, hz)
+
+    @checked
+    def write_program(self, sections: Sequence[ProgramSection], path: Path, hz: float | None) -> Exported:
+        """Write motions as the sections of one program."""
+        rate, lines, points = _rate(hz), list[str](), 0
+        moving = [section for section in sections if _moves_arm(section)]
+        if not moving:
+            raise ShapeError("motion", "does not move the arm")
+        for section in sections:
+            of_section = self._section(section, rate)
+            points += len(of_section)
+            lines += [f"# {_plain(section.title)}", *of_section]
+        notes = (
+            f"{in_number(sections, 'section')}: curves as movel and movep at the speed of the motion, the "
+            f"others as {rate:g} commands servoj per second",
+            f"curves in the controller's frame `base`, within {self.tolerance * 1000:g} mm; corners rounded "
+            f"by at most {self.blend * 1000:g} mm",
+            *self._outputs(),
+            "loses: the verification; the controller rounds corners, and follows a stream about "
+            f"{self.stream.lookahead_time:g} s behind: try it at reduced speed and with extra clearance",
+            *_STARTING,
+        )
+        _write(path, lines, in_ur_order(moving[0].trajectory).positions[0], notes)
+        duration = sum(section.trajectory.duration + section.rest for section in sections)
+        return Exported(path, points, duration, notes)
+
+    def _outputs(self) -> Iterator[str]:
+        if self.grip is None:
+            yield "the program pauses to grip and to release: UrProgram(grip=...) names an output for it"
+        else:
+            yield f"standard digital output {self.grip} is on while an object is held; fingers only hold"
+        if self.process is not None:
+            yield f"standard digital output {self.process} is on along curves"
+
+    def _section(self, section: ProgramSection, rate: float) -> list[str]:
+        hand = self._hand(section)
+        if not _moves_arm(section):
+            return [*hand, _sleep(section.trajectory.duration + section.rest)]
+        motion = in_ur_order(section.trajectory)
+        if section.curve is None:
+            lines = [
+                _approach(motion),
+                *self.stream.lines(motion.sampled(rate), rate),
+                f"stopj({STOPPING:g})",
+            ]
+        else:
+            lines = self._along(section.curve, section.reduced, section.trajectory)
+        return [*lines, *hand, *([_sleep(section.rest)] if section.rest > _SHORTEST_REST else [])]
+
+    def _hand(self, section: ProgramSection) -> list[str]:
+        if not section.gripped and not section.released:
+            return []
+        if self.grip is not None:
+            return [_output(self.grip, bool(section.gripped))]
+        words = (
+            f"Grip {listed(section.gripped)}" if section.gripped else f"Release {listed(section.released)}"
+        )
+        return [f'popup("{_plain(words)}, then continue.", title="trajopt", blocking=True)']
+
+    def _along(self, curve: FollowsCurve, reduced: ReducedModel, motion: Trajectory) -> list[str]:
+        """Return the lines near a curve, from its beginning at rest to its end at rest."""
+        prefix = _prefix(motion.joint_names)
+        times = np.linspace(0.0, motion.duration, _SAMPLES)
+        rows = motion.ordered(reduced.joint_names)(times)
+        tip = Placement(translation=curve.offset)
+        tool = forward_kinematics(reduced, curve.frame, rows[0], reference=f"{prefix}tool0")[0] * tip
+        seen = forward_kinematics(reduced, curve.frame, rows, reference=f"{prefix}base", offset=curve.offset)
+        steps = np.linalg.norm(np.diff(seen.translation, axis=0), axis=1)
+        speeds = steps / np.diff(times)
+        speed = max(float(speeds.max()), _SLOWEST)
+        rates = np.abs(np.diff(speeds)) / np.diff(times)[1:]
+        acceleration = max(float(rates.max()), _CREEPING)
+        shape = np.column_stack((seen.translation, TURN_ARM * seen.rotation.reshape(-1, 9)))
+        corners = _corners(shape, self.tolerance)
+        poses = [_pose(seen[row]) for row in corners]
+        legs = [
+            float(np.linalg.norm(seen.translation[b] - seen.translation[a])) for a, b in pairwise(corners)
+        ]
+        options = f"a={acceleration:.6f}, v={speed:.6f}"
+        move = "movep" if len(legs) > 1 else "movel"
+        radii = [min(self.blend, NEAR * min(legs)) for legs in pairwise(legs)] + [0.0]
+        return [
+            f"set_tcp({_pose(tool)})",
+            f"movel({poses[0]}, {options}, r=0)",
+            *([] if self.process is None else [_output(self.process, True)]),
+            *(
+                f"{move}({pose}, {options}, r={radius:.6f})"
+                for pose, radius in zip(poses[1:], radii, strict=True)
+            ),
+            *([] if self.process is None else [_output(self.process, False)]),
+        ]
+
+
+def _moves_arm(section: ProgramSection) -> bool:
+    return any(name.endswith(UR_JOINTS) for name in section.trajectory.joint_names)
+
+
+def _plain(text: str) -> str:
+    """Return a text that ends neither a comment nor a string of URScript."""
+    return "".join(each if each.isprintable() and each not in '"\\' else " " for each in text)
+
+
+def _sleep(seconds: float) -> str:
+    return f"sleep({seconds:.6f})"
+
+
+def _output(number: int, on: bool) -> str:
+    return f"set_standard_digital_out({number}, {on})"
+
+
+def _approach(motion: Trajectory) -> str:
+    return f"movej({_vector(motion.positions[0])}, a={DEFAULT_ACCELERATION:g}, v={ALIGNING:g})"
+
+
+def _pose(at: Placement) -> str:
+    return f"p{_vector((*at.translation, *as_rotation_vector(at.rotation)))}"
+
+
 _STARTING = (
     f"the program ends with a message if a joint is more than {AT_START:g} rad from the motion's start",
     "sent to port 30001 or 30002 it runs; in a Script node of the pendant, call trajopt_motion() after it",
@@ -159,7 +334,7 @@ _STARTING = (
 def in_ur_order(trajectory: Trajectory) -> Trajectory:
     """Return the motion with its joints in URScript order."""
     names = trajectory.joint_names
-    prefix = next((name.removesuffix(UR_JOINTS[0]) for name in names if name.endswith(UR_JOINTS[0])), "")
+    prefix = _prefix(names)
     wanted = tuple(prefix + name for name in UR_JOINTS)
     if set(names) != set(wanted):
         missing, others = [x for x in wanted if x not in names], [x for x in names if x not in wanted]
@@ -171,6 +346,10 @@ def in_ur_order(trajectory: Trajectory) -> Trajectory:
             "trajectory", f"URScript moves the six joints of one UR arm ({listed(wanted)}); {'; '.join(what)}"
         )
     return trajectory.ordered(wanted)
+
+
+def _prefix(names: Sequence[str]) -> str:
+    return next((name.removesuffix(UR_JOINTS[0]) for name in names if name.endswith(UR_JOINTS[0])), "")
 
 
 def _within(name: str, value: float, lower: float, upper: float) -> None:
