@@ -1,6 +1,7 @@
 """A motion that is proven in one scene, in scenes with moved objects."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -41,6 +42,28 @@ def test_answers_are_those_of_the_judge(held: StandingMotion) -> None:
         assert held.proven_in(moved) == verified
         seen.add(verified)
     assert seen == {True, False}
+
+
+def test_balls_of_the_motion_show_that_objects_of_each_shape_keep_apart(
+    planar_plan: to.Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Near objects need the finest balls; none of them is shown to be apart that the judge refuses."""
+    rng, shown, problem = np.random.default_rng(5), 0, planar_plan.problem
+    shapes = to.Box(0.1, 0.2, 0.1), to.Sphere(0.05), to.Capsule(0.03, 0.2), to.Cone(0.05, 0.2)
+    for shape in shapes:
+        scene = problem.scene.add("thing", shape, to.placement((2.0, 0.0, 0.0)))
+        held = StandingMotion(replace(problem, scene=scene), planar_plan.trajectory)
+        with monkeypatch.context() as patch:
+            patch.setattr(standing, "judge", lambda *_: SimpleNamespace(verified=False))
+            for _ in range(30):
+                where = to.placement(
+                    rng.uniform((-1.0, -1.0, -0.2), (1.2, 1.2, 0.4)), rpy=rng.uniform(-2.0, 2.0, 3)
+                )
+                moved = scene.move("thing", where)
+                if held.proven_in(moved):
+                    shown += 1
+                    assert to.judge(replace(problem, scene=moved), planar_plan.trajectory).verified
+    assert 60 < shown < 120
 
 
 @pytest.mark.usefixtures("unjudged")

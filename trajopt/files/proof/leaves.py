@@ -81,24 +81,6 @@ class LeafSearch:
             begin, end = np.stack((begin, middle), 1).ravel(), np.stack((middle, end), 1).ravel()
         return _ordered(found), _ordered(given_up)
 
-    def balls(self, times: Floats) -> tuple[Floats, Floats]:
-        """Return centres and radii of balls that contain each part in each interval of time.
-
-        Returns:
-            Shapes (c, parts, 3) and (c, parts), for c + 1 times [m].
-        """
-        poses, count = self._motion.poses(times), len(self._parts)
-        centres, cells = self._centres(poses), len(times) - 1
-        cell, side = np.repeat(np.arange(cells), count), np.tile(np.arange(count), cells)
-        half = np.diff(times) / 2.0
-        rates = [self._motion.rates(times[:-1], times[1:], order)[cell] for order in (1, 2)]
-        axes = np.einsum("cjik,jk->cji", poses.rotation, self._motion.kinematics.axes)
-        world, ends = np.zeros(len(side), dtype=np.int64), (cell, cell + 1)
-        found = self._acceleration(poses, centres, axes, side, world, ends, half[cell], rates)
-        off = found.reshape(cells, count) * (half**2 / 2.0)[:, None]
-        travelled = np.linalg.norm(np.diff(centres, axis=0), axis=2) / 2.0
-        return (centres[:-1] + centres[1:]) / 2.0, (self._radius + travelled + off) * SURE + SLACK
-
     def _first(self) -> tuple[Ints, Floats, Floats]:
         duration = self._motion.duration
         cuts = [

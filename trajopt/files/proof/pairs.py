@@ -67,28 +67,6 @@ class ConvexPart:
         heights, radii = self.discs.T
         return base + (local[:, 2:] * heights + across[:, None] * radii).max(axis=1)
 
-    def moved(self, by: Placement) -> "ConvexPart":
-        body = replace(self.body, placement=by * self.body.placement)
-        return ConvexPart(body, self.vertices, self.radius, self.discs)
-
-    def distance_from(self, points: Floats) -> Floats:
-        """Bound the distances of points in its joint's frame from below, (m, 3) -> (m,) [m].
-
-        The gap along any direction is a bound; the direction is that from the nearest point of its box.
-        """
-        corners = self.vertices
-        if len(self.discs):
-            (low, bottom), (high, top) = self.discs.tolist()
-            wide = max(bottom, top)
-            corners = np.array(((-wide, -wide, low), (wide, wide, high)))
-        place = self.body.placement
-        local = (points - place.translation) @ place.rotation
-        apart = local - np.clip(local, corners.min(axis=0), corners.max(axis=0))
-        size = np.linalg.norm(apart, axis=1)
-        direction = (apart / np.maximum(size, 1e-12)[:, None]) @ place.rotation.T
-        gap = np.einsum("mi,mi->m", direction, points) - self.support(direction)
-        return np.where(size > 0.0, gap, -np.inf)
-
     def document(self) -> Document:
         return {
             "owner": self.body.owner,

@@ -1,11 +1,15 @@
-// Binding of the fast kernel of proofs: the same check as trajopt/verify/checker, in doubles with bounds of their errors.
+// Binding of the fast kernel of proofs: the checks of trajopt/verify/checker, in doubles with bounds of their errors.
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include "../arrays.hpp"
 #include "../leaks.hpp"
 #include "clearance.hpp"
 #include "limits.hpp"
 #include "reading.hpp"
+#include "swept.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -49,6 +53,33 @@ class StatedProof {
   Witness witness_;
 };
 
+using Numbers = arrays::Vector<double>;
+using Matrix = arrays::Matrix<double>;
+
+// A placement in the world. A matrix R is as near to a rotation as R^T R to the identity.
+Place placed(const Matrix& rotation, const Numbers& translation) {
+  arrays::expect(rotation.shape(0) == 3 && rotation.shape(1) == 3 && translation.shape(0) == 3, "a placement has a matrix (3, 3) and a vector (3,)");
+  Place found;
+  std::copy_n(rotation.data(), 9, found.rotation.m.begin());
+  found.translation = {translation(0), translation(1), translation(2)};
+  double error = 0.0;
+  for (int one = 0; one < 3; ++one)
+    for (int other = 0; other < 3; ++other) {
+      double inner = one == other ? -1.0 : 0.0;
+      for (int row = 0; row < 3; ++row) inner += rotation(row, one) * rotation(row, other);
+      error += std::abs(inner);
+    }
+  found.rotation.r = error + TURN_ERROR;
+  arrays::expect(error < 1e-7, "the matrix of a placement must be a rotation");
+  return found;
+}
+
+SweptParts* swept(nb::handle statement, const std::vector<double>& times, const std::map<std::string, std::pair<Matrix, Numbers>>& frames) {
+  SweptParts::Frames places;
+  for (const auto& [name, frame] : frames) places.emplace(name, placed(frame.first, frame.second));
+  return new SweptParts(read_statement(statement), times, places);
+}
+
 }  // namespace
 
 NB_MODULE(checker, module) {
@@ -64,4 +95,9 @@ NB_MODULE(checker, module) {
       .def(nb::init<nb::handle, const nb::bytes&>(), "statement"_a, "witness"_a)
       .def("fault", &StatedProof::fault, nb::call_guard<nb::gil_scoped_release>())
       .def("leaves", &StatedProof::leaves, nb::call_guard<nb::gil_scoped_release>());
+  nb::class_<SweptParts>(module, "SweptParts")
+      .def(nb::new_(&swept), "statement"_a, "times"_a, "frames"_a)
+      .def("keep_apart", [](const SweptParts& parts, const std::string& owner, const Matrix& rotation, const Numbers& translation) {
+        return parts.keep_apart(owner, placed(rotation, translation));
+      }, "owner"_a, "rotation"_a, "translation"_a);
 }
