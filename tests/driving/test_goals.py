@@ -261,3 +261,22 @@ def test_goals_are_checked_when_they_are_requested(problem: to.Problem) -> None:
     with pytest.raises(ProblemError, match="the goal moves with belt; use follow_goal"):
         supervisor.go(moving)
     assert not supervisor.busy
+
+
+def test_replanned_motion_does_not_return_to_a_waypoint_that_it_passed(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    level = to.during(to.axis_alignment(TOOL, direction=(0, 0, -1), tolerance=0.4), until="near")
+    supervisor.go(replace(problem, goal=above(FAR), waypoints={"near": above(NEAR)}, constraints=[level]))
+    crate = problem.scene.add("crate", to.Box(0.1, 0.02, 0.3), to.placement((0.45, 0.1, 0.4)))
+
+    way = [0.0]
+
+    def crate_on_the_way_back(now: float) -> None:
+        way.append(float(tool_at(problem, arm.state().commanded)[1]))
+        if min(way) < NEAR[1] + 0.001 and way[-1] > -0.2 and supervisor.scene is not crate:
+            supervisor.see(crate)
+
+    driven = drive(arm, supervisor, each=crate_on_the_way_back)
+    assert supervisor.events[-1].kind is EventKind.REACHED
+    seen = first(supervisor, EventKind.WORLD_CHANGED).time
+    assert min(tool_at(problem, row[1])[1] for row in driven if row[0] > seen) > -0.21

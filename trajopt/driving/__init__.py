@@ -12,6 +12,8 @@ from trajopt.driving.conformance import conformance as conformance
 from trajopt.driving.events import Event as Event
 from trajopt.driving.events import EventKind as EventKind
 from trajopt.driving.executor import Executor as Executor
+from trajopt.driving.executor import GripperDriver as GripperDriver
+from trajopt.driving.executor import GripperState as GripperState
 from trajopt.driving.executor import IdealExecutor as IdealExecutor
 from trajopt.driving.executor import RobotState as RobotState
 from trajopt.driving.guard import ActionOutcome as ActionOutcome

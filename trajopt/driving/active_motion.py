@@ -1,30 +1,23 @@
 """The motion that a robot is on, committed piece by piece, each with a stop after it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from math import inf
 
-import numpy as np
-
 from trajopt.driving.commit_loop import Commitment
 from trajopt.driving.events import EventKind
-from trajopt.driving.intended_motion import SPEED_SCALINGS, IntendedMotion
+from trajopt.driving.intended_motion import SPEED_SCALINGS, GuardedGoal, IntendedMotion, time_at
 from trajopt.driving.options import SupervisorOptions
 from trajopt.driving.soonest_stop import StopTaken
 from trajopt.problem.problem import Problem
 from trajopt.timing.time_scaling import JOLT, PathStop, StopsAlong
-from trajopt.values.arrays import Floats, Printed, Value
-from trajopt.values.trajectory import Trajectory
+from trajopt.values.arrays import Printed, Value
 
 LATER_BRAKING = (0.0, 0.2, 0.5, inf)
 """Delays of braking that are tried if sooner stops are not proven [s]: past a box of 0.1 m at 0.5 m/s, past a
 person, or to the goal."""
-SAMPLES = 400
-"""Samples of a motion among which the one nearest to a rest is searched."""
-NEWTON_STEPS = 8
-"""Steps that refine its time to rounding: each squares the error."""
 
 
 class PieceStatus(Enum):
@@ -43,10 +36,13 @@ class Pause(Value):
     intended: IntendedMotion
     stop: PathStop
 
+    def towards(self, goal: GuardedGoal) -> "Pause":
+        return replace(self, intended=replace(self.intended, goal=goal))
+
     @cached_property
     def rests_at(self) -> float:
         stop = self.stop.trajectory
-        return _time_at(self.intended.trajectory, stop(stop.duration), self.stop.leaves)
+        return time_at(self.intended.trajectory, stop(stop.duration), self.stop.leaves)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +57,10 @@ class _Moving(Value):
     intended: IntendedMotion
     brake_time: float
     pause: Pause | None
+
+    def towards(self, goal: GuardedGoal) -> "_Moving":
+        pause = None if self.pause is None else self.pause.towards(goal)
+        return replace(self, intended=replace(self.intended, goal=goal), pause=pause)
 
 
 @dataclass(eq=False)
@@ -82,6 +82,11 @@ class ActiveMotion(Printed):
     @property
     def pause(self) -> Pause | None:
         return self._state if isinstance(self._state, Pause) else None
+
+    @property
+    def coming_rest(self) -> Pause | None:
+        """The rest on its path to which the robot comes if nothing more is committed."""
+        return self._state.pause if isinstance(self._state, _Moving) else self._state
 
     @property
     def brake_time(self) -> float:
@@ -109,6 +114,19 @@ class ActiveMotion(Printed):
 
     def leave(self) -> None:
         self._state = None
+
+    def beyond_waypoints(self, goal: GuardedGoal, at: float) -> GuardedGoal:
+        """Return a goal without the waypoints passed before a time on the executor's clock [s]."""
+        state = self._state
+        if state is None or state.intended.goal is not goal:
+            return goal
+        time = state.rests_at if isinstance(state, Pause) else at - state.intended.begin
+        passed = state.intended.passed(time)
+        if not passed.intersection(goal.problem.waypoint_names):
+            return goal
+        left = goal.beyond(passed)
+        self._state = state.towards(left)
+        return left
 
     def forget_pause(self) -> None:
         if isinstance(self._state, Pause):
@@ -226,15 +244,3 @@ def _leaves_intended(state: _Moving, begin: float) -> bool:
 
 def _at(speed: float) -> str:
     return " at full speed" if speed == 1.0 else f" at {speed:.0%} of its speed"
-
-
-def _time_at(motion: Trajectory, positions: Floats, after: float) -> float:
-    times = np.linspace(after, motion.duration, SAMPLES + 1)
-    time = float(times[np.linalg.norm(motion(times) - positions, axis=1).argmin()])
-    for _ in range(NEWTON_STEPS):
-        velocity = motion(time, 1)
-        speed = float(velocity @ velocity)
-        if speed > 0.0:
-            time += float(velocity @ (positions - motion(time))) / speed
-            time = min(max(time, after), motion.duration)
-    return time

@@ -34,6 +34,13 @@ class EventKind(Enum):
     RECOVERING = "recovering"
     PASSED = "passed"
     REACHED = "reached"
+    PLANNED = "planned"
+    GRASPED = "grasped"
+    NOT_GRASPED = "not grasped"
+    RELEASED = "released"
+    LOST = "lost"
+    SKIPPED = "skipped"
+    COMPLETED = "completed"
 
 
 @dataclass(frozen=True)
@@ -43,14 +50,21 @@ class Event(Value):
     Attributes:
         time: On the executor's clock [s].
         words: Particulars, in a sentence.
+        stage: Stages of the task that are driven, with their steps; empty without a task.
     """
 
     time: float
     kind: EventKind
     words: str = ""
+    stage: str = ""
+
+    @property
+    def message(self) -> str:
+        """Stage and particulars."""
+        return ": ".join(filter(None, (self.stage, self.words)))
 
     def __str__(self) -> str:
-        return f"{self.time:9.3f} s  {self.kind.value}" + (f": {self.words}" if self.words else "")
+        return f"{self.time:9.3f} s  {': '.join(filter(None, (self.kind.value, self.message)))}"
 
 
 class Journal(Printed):
@@ -60,10 +74,11 @@ class Journal(Printed):
         """Begin empty; `now` returns the time on the executor's clock [s]."""
         self.events = list[Event]()
         self.seconds = dict[str, list[float]]()
+        self.task_stage = ""
         self._now, self._lasting = now, dict[EventKind, str]()
 
     def note(self, kind: EventKind, words: str = "") -> None:
-        self.events.append(Event(self._now(), kind, words))
+        self.events.append(Event(self._now(), kind, words, self.task_stage))
 
     def note_once(self, kind: EventKind, words: str) -> None:
         if words and words != self._lasting.get(kind):

@@ -1,4 +1,4 @@
-"""Executor: the interface of a robot driver, and an ideal one without a simulation."""
+"""Executor and gripper driver: the interfaces of robot drivers, and an executor without a simulation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -93,6 +93,48 @@ class Executor(Protocol):
 
         Raises:
             ExecutionError: If this is impossible.
+        """
+        ...
+
+
+@checked
+@dataclass(frozen=True)
+class GripperState(Value):
+    """A measured state of a gripper.
+
+    Attributes:
+        opening: Distance between the pads [m]; 0 for a suction cup.
+        moving: Whether the last command is not finished.
+        holding: Whether it holds an object.
+    """
+
+    opening: float
+    moving: bool
+    holding: bool
+
+
+@runtime_checkable
+class GripperDriver(Protocol):
+    """Drives a gripper beside the executor of its arm, as the gripper of libfranka.
+
+    Commands return immediately; a new one replaces the last. A suction cup switches on to grasp and off to
+    move, and ignores the numbers.
+    """
+
+    def state(self) -> GripperState:
+        """Return the last measured state."""
+        ...
+
+    def move(self, opening: float) -> None:
+        """Move the fingers to a distance between the pads [m], which lets an object go."""
+        ...
+
+    def grasp(self, width: float, force: float) -> None:
+        """Close the fingers on an object, and press on it.
+
+        Args:
+            width: Of the object between the pads [m]; if the fingers stop elsewhere, they hold nothing.
+            force: Of each finger [N].
         """
         ...
 

@@ -20,7 +20,7 @@ from trajopt.driving.replanning import (
     retime_on_path,
     return_to_path,
 )
-from trajopt.planning.result import Result
+from trajopt.planning.result import Plan, Result
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, frame_placement
@@ -175,11 +175,38 @@ class GoalQueue(Printed):
         self._due.clear()
         self.active.leave()
 
+    def drive(self, goal: GuardedGoal, plan: Plan, at: float) -> bool:
+        """Drive a planned motion instead of all goals, from rest; return whether it is proven.
+
+        Args:
+            at: Its begin on the executor's clock [s]; it may begin later.
+        """
+        commitment, now = self.commitment, self.commitment.executor.now()
+        if commitment.stale(at) or not goal.guard.proven(plan.trajectory, commitment.world, at):
+            return False
+        begin = self._begin_from_rest(goal, plan.trajectory, at, now)
+        if begin is None:
+            return False
+        self.clear()
+        self._planned(goal, plan, begin)
+        return True
+
+    def withdraw(self) -> tuple[str, ...]:
+        """Drop all goals; return the waypoints that are not passed when the robot comes to rest."""
+        intended, pause = self.active.intended, self.active.coming_rest
+        begun = intended or (None if pause is None else pause.intended)
+        goal = self._request.goal or (None if begun is None else begun.goal)
+        on_its_way = pause is not None and pause.intended.goal is goal
+        passed = pause.intended.passed(pause.rests_at) if pause is not None and on_its_way else ()
+        self.abandon()
+        return () if goal is None else tuple(n for n in goal.problem.waypoint_names if n not in passed)
+
     def interrupted(self) -> None:
         goals = [goal for _, goal in self._due]
         intended = self.active.intended
         present = self._request.goal or (None if intended is None else intended.goal)
-        goals += [] if present is None else [present]
+        now = self.commitment.executor.now()
+        goals += [] if present is None else [self.active.beyond_waypoints(present, now)]
         self._due.clear()
         self._request.goal, self._next.transition = None, None
         if goals:
@@ -235,6 +262,7 @@ class GoalQueue(Printed):
         if commitment.stale(at) or uncertain:
             request.not_before = now + options.retry
             return
+        goal = request.goal = active.beyond_waypoints(goal, at)
         if moving and self._retimed(goal, at):
             return
         with commitment.journal.stage("plan"):
@@ -249,10 +277,10 @@ class GoalQueue(Printed):
             reason = reason_with_margin(result, goal.guard.deviation)
             self._plan_failed(EventKind.NO_PLAN, reason, repeatable=not moving)
             return
-        trajectory = result.require().trajectory
-        begin = at if moving else self._begin_from_rest(goal, trajectory, at, now)
+        planned = result.require()
+        begin = at if moving else self._begin_from_rest(goal, planned.trajectory, at, now)
         if begin is not None:
-            self._planned(goal, trajectory, begin)
+            self._planned(goal, planned, begin)
 
     def _begin_from_rest(
         self, goal: GuardedGoal, trajectory: Trajectory, at: float, asked: float
@@ -282,15 +310,15 @@ class GoalQueue(Printed):
         )
         return True
 
-    def _planned(self, goal: GuardedGoal, trajectory: Trajectory, at: float) -> None:
-        intended, request = self.active.intended, self._request
+    def _planned(self, goal: GuardedGoal, plan: Plan, at: float) -> None:
+        intended, request, trajectory = self.active.intended, self._request, plan.trajectory
         only_sooner = request.only_sooner
         request.fulfilled()
         if intended is not None and only_sooner and trajectory.duration > SOONER * (intended.end - at):
             return
         kind = EventKind.STARTED if intended is None else EventKind.REPLANNED
         self.commitment.journal.note(kind, f"{trajectory.duration:.3f} s to the goal")
-        self._take(IntendedMotion.of(goal, trajectory, at))
+        self._take(IntendedMotion.of(goal, plan, at))
         if self.followed is not None:
             self.followed.begin = at
 
@@ -315,7 +343,7 @@ class GoalQueue(Printed):
         if found is None or commitment.soonest > at:
             return False
         commitment.journal.note(EventKind.SLOWING, "; ".join(found.remarks) or "the same path, hardly slower")
-        self._take(IntendedMotion.of(goal, found.trajectory, at, held_back=True))
+        self._take(intended.retimed(found.trajectory, at))
         self._request.goal = None
         return True
 

@@ -4,14 +4,17 @@ The rate of the motion's clock changes smoothly and then stays (`trajopt.timing.
 shortest of some times with which the limits hold at the extremes of the polynomials.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import ceil
 
 import numpy as np
 
 from trajopt.driving.motion_guard import MotionGuard
-from trajopt.problem.problem import Problem
+from trajopt.planning.result import Plan
+from trajopt.problem.problem import PathConstraint, Problem
+from trajopt.problem.requirement import During
 from trajopt.robot.joints import JointLimits
 from trajopt.timing.time_scaling import RateChange, StopsAlong, TimeScaling, holds_limits
 from trajopt.values.arrays import Floats, Value
@@ -30,6 +33,11 @@ SMALLEST_STEP = 2e-4
 """Least time between points [s]: between closer ones rounding would act as a jerk."""
 SAMPLES = 400
 """Samples of a change in which the time is looked up at which the clock shows a value."""
+
+NEAREST_SAMPLES = 400
+"""Samples of a motion among which the one nearest to a rest is searched."""
+NEWTON_STEPS = 8
+"""Steps that refine its time to rounding: each squares the error."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +116,21 @@ class GuardedGoal(Value):
     guard: MotionGuard
     blend_radius: float = 0.0
 
+    def beyond(self, passed: Collection[str]) -> "GuardedGoal":
+        """Return the goal without waypoints, and without the requirements up to them."""
+        problem = self.problem
+        ways = zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)
+        constraints: list[PathConstraint | During[PathConstraint]] = []
+        for item in problem.constraints:
+            if not isinstance(item, During) or (item.after not in passed and item.until not in passed):
+                constraints.append(item)
+            elif item.until is None:
+                constraints.append(item.required)
+            elif item.until not in passed:
+                constraints.append(replace(item, after=None))
+        left = {name: wanted for name, wanted in ways if name not in passed}
+        return replace(self, problem=replace(problem, waypoints=left, constraints=constraints, knots=0))
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class IntendedMotion(Value):
@@ -115,6 +138,7 @@ class IntendedMotion(Value):
 
     Attributes:
         held_back: Whether it waits or slows down for a dynamic obstacle.
+        passes: Waypoint -> when the planned motion passes it [s].
     """
 
     goal: GuardedGoal
@@ -123,18 +147,32 @@ class IntendedMotion(Value):
     scaling: SpeedScaling
     begin: float
     held_back: bool = False
+    passes: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @staticmethod
-    def of(
-        goal: GuardedGoal, planned: Trajectory, begin: float, *, held_back: bool = False
-    ) -> "IntendedMotion":
+    def of(goal: GuardedGoal, plan: Plan, begin: float) -> "IntendedMotion":
+        planned, passing = plan.trajectory, plan.certificate.passing_time
+        passes = {name: passing(name) or 0.0 for name in plan.problem.waypoint_names}
         return IntendedMotion(
-            goal=goal,
-            planned=planned,
-            trajectory=planned,
+            goal=goal, planned=planned, trajectory=planned, scaling=FULL_SPEED, begin=begin, passes=passes
+        )
+
+    def retimed(self, trajectory: Trajectory, begin: float) -> "IntendedMotion":
+        """Return the rest of the motion with another timing."""
+        passed = self.passed(begin - self.begin)
+        passes = {
+            name: time_at(trajectory, self.planned(time), 0.0)
+            for name, time in self.passes.items()
+            if name not in passed
+        }
+        return replace(
+            self,
+            planned=trajectory,
+            trajectory=trajectory,
             scaling=FULL_SPEED,
             begin=begin,
-            held_back=held_back,
+            held_back=True,
+            passes=passes,
         )
 
     @property
@@ -145,6 +183,11 @@ class IntendedMotion(Value):
     @cached_property
     def stops(self) -> StopsAlong:
         return StopsAlong(self.trajectory, self.goal.problem.limits)
+
+    def passed(self, time: float) -> frozenset[str]:
+        """Return the waypoints that it has passed at a time since its beginning [s]."""
+        clock, _, _ = self.scaling.at(time)
+        return frozenset(name for name, passing in self.passes.items() if passing <= clock)
 
     def after(self, time: float) -> Trajectory:
         return self.trajectory.between(max(time - self.begin, 0.0), self.trajectory.duration)
@@ -159,3 +202,15 @@ class IntendedMotion(Value):
             return None
         trajectory, scaling = found
         return replace(self, trajectory=trajectory, scaling=scaling, begin=time)
+
+
+def time_at(motion: Trajectory, positions: Floats, after: float) -> float:
+    times = np.linspace(after, motion.duration, NEAREST_SAMPLES + 1)
+    time = float(times[np.linalg.norm(motion(times) - positions, axis=1).argmin()])
+    for _ in range(NEWTON_STEPS):
+        velocity = motion(time, 1)
+        speed = float(velocity @ velocity)
+        if speed > 0.0:
+            time += float(velocity @ (positions - motion(time))) / speed
+            time = min(max(time, after), motion.duration)
+    return time

@@ -111,7 +111,8 @@ class RunReport(Value):
             },
             "missed_deadlines": self.count(EventKind.MISSED_DEADLINE),
             "events": [
-                {"time": event.time, "kind": event.kind.value, "words": event.words} for event in self.events
+                {"time": event.time, "kind": event.kind.value, "words": event.message}
+                for event in self.events
             ],
         }
 

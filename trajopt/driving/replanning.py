@@ -136,7 +136,7 @@ def from_rest(
     result = plan(there, budget=options.budget)
     if not result.verified:
         return None, reason_with_margin(result, goal.guard.deviation)
-    return Transition(IntendedMotion.of(goal, result.require().trajectory, begin), EventKind.REACHED), ""
+    return Transition(IntendedMotion.of(goal, result.require(), begin), EventKind.REACHED), ""
 
 
 def passing(
@@ -150,7 +150,7 @@ def passing(
     result = plan(on_the_way(here, before.trajectory, near - before.begin), budget=options.budget)
     if not result.verified or commitment.soonest > near:
         return at_rest
-    intended = IntendedMotion.of(goal, result.require().trajectory, near)
+    intended = IntendedMotion.of(goal, result.require(), near)
     if intended.end >= at_rest.intended.end:
         return at_rest
     words = f"at {1e3 * distance:.1f} mm, of {1e3 * before.goal.blend_radius:.1f} mm"

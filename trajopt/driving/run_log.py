@@ -84,7 +84,7 @@ def _event(event: Event, zero: float) -> Json:
     return {
         "timestamp": stamp(event.time + zero),
         "level": LEVELS.get(event.kind, INFO),
-        "message": f"{event.kind.value}: {event.words}" if event.words else event.kind.value,
+        "message": ": ".join(filter(None, (event.kind.value, event.message))),
         "name": "trajopt.driving",
         "file": "",
         "line": 0,

@@ -1,12 +1,14 @@
 """Supervisor: drives a robot to goals among reported obstacles, able to stop at all times."""
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trajopt.driving.active_motion import ActiveMotion
 from trajopt.driving.commit_loop import CommitLoop
 from trajopt.driving.events import EventKind
+from trajopt.driving.executor import GripperDriver
 from trajopt.driving.goal_queue import FollowedGoal, GoalNow, GoalQueue
 from trajopt.driving.intended_motion import GuardedGoal, IntendedMotion
 from trajopt.driving.motion_guard import guard_of
@@ -17,10 +19,15 @@ from trajopt.planning.moving.rendezvous import goals_that_move
 from trajopt.problem.problem import Problem
 from trajopt.problem.stated import GoalLike
 from trajopt.scene.group_tools import tool_of
-from trajopt.values.arrays import function, number
+from trajopt.scene.scene import Scene
+from trajopt.values.arrays import function, number, one_of
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import IDENTITY, PlacementLike, as_placement
+
+if TYPE_CHECKING:
+    from trajopt.driving.driven_task import DrivenTask
+    from trajopt.tasks.task import Task
 
 DEFAULT = SupervisorOptions()
 SLOW = 1e-2
@@ -37,8 +44,10 @@ class Supervisor(CommitLoop):
     """
 
     options: SupervisorOptions = DEFAULT
+    gripper: GripperDriver | None = None
     _active: ActiveMotion = field(init=False)
     _goals: GoalQueue = field(init=False)
+    _task: "DrivenTask | None" = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -55,16 +64,22 @@ class Supervisor(CommitLoop):
 
     @property
     def busy(self) -> bool:
-        return self._goals.open or self.moving
+        return self._engaged or self.moving
 
     @property
     def blocked(self) -> bool:
         """Whether the robot is at rest and there is no plan to the goal in the world as last reported."""
-        return self._goals.given_up and not self.moving
+        given_up = self._goals.given_up if self._task is None else self._task.given_up
+        return given_up and not self.moving
 
     @checked
-    def go(self, problem: Problem, *, blend_radius: float = 0.0) -> None:
-        """Go to a goal instead of all others; the next cycle plans from the state of the robot then.
+    def go(self, problem: "Problem | Task", *, blend_radius: float = 0.0) -> None:
+        """Go to a goal, or do a task, instead of all others; the next cycle plans from the present state.
+
+        A task is planned at rest. The stages that remain are planned again if the world changes so that their
+        motions are no longer proven, or an object of theirs is elsewhere or missing. If a pick leaves nothing
+        in the fingers, the next grasp is tried. `ForEach` skips the items whose object is missing, or that no
+        grasp holds. The last event of a task is `COMPLETED`.
 
         Args:
             problem: Has the group and robot of the supervisor; its start and scene do not count.
@@ -72,9 +87,14 @@ class Supervisor(CommitLoop):
                 position at the goal instead of stopping there [m].
 
         Raises:
-            ProblemError: If the group or robot is another one, the goal moves, or the radius is negative.
+            ProblemError: If the group or robot is another one, the goal moves, or the radius is negative; or
+                if a task moves fingers that have no driver, or has a radius.
         """
+        if not isinstance(problem, Problem):
+            self._go(problem, blend_radius)
+            return
         goal = self._goal(problem, blend_radius)
+        self._drop_task()
         if self._active.intended is not None:
             self._commitment.journal.note(EventKind.GOAL_CHANGED)
         self.problem = problem
@@ -87,6 +107,8 @@ class Supervisor(CommitLoop):
         The motion begins at rest at the goal before, or within its blend radius if that ends sooner.
         Arguments and errors as for `go`.
         """
+        if self._task is not None:
+            raise ProblemError("a task is driven: add the goal to its stages (MoveTo)")
         self._goals.then(self._goal(problem, blend_radius))
 
     @checked
@@ -131,6 +153,7 @@ class Supervisor(CommitLoop):
         else:
             function("goal", goal)
         followed = self._goal(self.problem, 0.0)
+        self._drop_task()
         self._goals.follow(FollowedGoal(followed, goal, placed, tool, tolerance, hold))
 
     def cycle(self) -> None:
@@ -138,12 +161,19 @@ class Supervisor(CommitLoop):
         with self._commitment.journal.stage("cycle"):
             if self._watch():
                 self._goals.advance(self.executor.now())
+                if self._task is not None:
+                    self._task.advance()
+                    if self._task.over:
+                        self._task = None
+
+    def see(self, scene: Scene, stamp: float | None = None) -> None:
+        super().see(scene if self._task is None else self._task.with_taken(scene), stamp)
 
     def stop(self) -> StopTaken:
         """Bring the robot to rest by the soonest proven stop, on the path or off it, and drop all goals."""
         with self._commitment.journal.stage("stop"):
             taken = self._active.stop(self.problem, "requested")
-        self._goals.abandon()
+        self._abandon()
         return taken
 
     @checked
@@ -169,7 +199,7 @@ class Supervisor(CommitLoop):
         replace(self.problem, goal=goal, velocity_scaling=scaling, acceleration_scaling=scaling)
         self.executor.clear_fault()
         commitment = self._commitment
-        self._goals.abandon()
+        self._abandon()
         commitment.reset()
         at = self.executor.now() + self.options.ahead
         if commitment.stale(at):
@@ -189,10 +219,30 @@ class Supervisor(CommitLoop):
 
     @property
     def _engaged(self) -> bool:
-        return self._goals.open
+        return self._goals.open or self._task is not None
 
     def _abandon(self) -> None:
         self._goals.abandon()
+        self._drop_task()
+
+    def _drop_task(self) -> None:
+        self._task, self._commitment.journal.task_stage = None, ""
+
+    def _go(self, task: "Task", blend_radius: float) -> None:
+        from trajopt.driving.driven_task import DrivenTask  # tasks are loaded when first used
+        from trajopt.tasks.task import Task
+
+        one_of("problem", task, Task)
+        if blend_radius:
+            raise ProblemError("blend_radius is of a goal: a task has Task(blend=...)")
+        self._check_robot(task.group, task.scene)
+        driven = DrivenTask(task, self._commitment, self._goals, self.options, self.gripper)
+        self._abandon()
+        self._task = driven
+
+    def _check_robot(self, group: str, scene: Scene) -> None:
+        if group != self.problem.group or scene.robot is not self.problem.scene.robot:
+            raise ProblemError("a supervisor drives one group of one robot; make another supervisor")
 
     def _judge_again(self) -> None:
         journal = self._commitment.journal
@@ -202,12 +252,11 @@ class Supervisor(CommitLoop):
                 with journal.stage("stop"):
                     self._active.stop(self.problem, "the committed motion is no longer clear")
             self._goals.world_changed()
+            if self._task is not None:
+                self._task.world_changed()
 
     def _goal(self, problem: Problem, blend_radius: float) -> GuardedGoal:
-        present = self.problem
-        same = problem.group == present.group and problem.scene.robot is present.scene.robot
-        if problem is not present and not same:
-            raise ProblemError("a supervisor drives one group of one robot; make another supervisor")
+        self._check_robot(problem.group, problem.scene)
         if number("blend_radius", blend_radius) > 0.0:
             tool_of(problem.scene, problem.group)
         if blend_radius < 0.0:

@@ -14,6 +14,7 @@ from trajopt.tasks.stages import DetachObject as DetachObject
 from trajopt.tasks.stages import Dwell as Dwell
 from trajopt.tasks.stages import Fallback as Fallback
 from trajopt.tasks.stages import FollowCurve as FollowCurve
+from trajopt.tasks.stages import ForEach as ForEach
 from trajopt.tasks.stages import MoveObject as MoveObject
 from trajopt.tasks.stages import MoveTo as MoveTo
 from trajopt.tasks.stages import OneOf as OneOf

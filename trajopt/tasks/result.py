@@ -71,15 +71,8 @@ class TaskSegment(PlannedSegment, Value):
     @property
     def ends(self) -> tuple[tuple[str, float], ...]:
         """Stages and pauses with their end times since the beginning of the motion [s]."""
-        certificate = self.result.require().certificate
-        on_the_way = [
-            next(
-                check.time
-                for check in certificate.checks
-                if check.time is not None and check.name.startswith(f"waypoint {stage}: ")
-            )
-            for stage in self.stages[:-1]
-        ]
+        passing = self.result.require().certificate.passing_time
+        on_the_way = [passing(stage) or 0.0 for stage in self.stages[:-1]]
         ends = dict(zip(self.stages, (*on_the_way, self.trajectory.duration), strict=True))
         for pause in self.pauses:
             stage = pause.stage or self.stages[-1]

@@ -237,6 +237,7 @@ def in_sequence(stages: Sequence[TaskStage], search: "TaskSearch", state: TaskSt
 
 
 def held_objects(scene: Scene) -> frozenset[str]:
+    """Return the objects that are attached to links."""
     return frozenset(name for name in scene.objects if scene.holder(name).link != WORLD)
 
 
@@ -325,12 +326,14 @@ class TaskSearch:
     def _after(self, state: TaskState, legs: tuple[Leg, ...], pause: TaskRest) -> Way:
         if legs:
             return self._moved(state, legs, StageRest(pause.stage, pause.seconds))
-        return self._waited(state, pause) if pause.seconds > 0.0 else state
+        return self._waited(state, pause) if pause.seconds > 0.0 or pause.stage else state
 
     def _waited(self, state: TaskState, pause: TaskRest) -> Way:
         last, rest = next(reversed(state.segments), None), StageRest(pause.stage, pause.seconds)
-        if last is None or pause.scene.changing:
+        if pause.seconds > 0.0 and (last is None or pause.scene.changing):
             return self._moved(state, (Leg(pause.stage, state.rested, pause.scene),), rest)
+        if last is None:
+            return state
         longer = replace(last, pauses=(*last.pauses, rest))
         return replace(state, segments=(*state.segments[:-1], longer))
 

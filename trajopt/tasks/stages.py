@@ -17,7 +17,17 @@ from trajopt.tasks.cartesian.following import Begin, FollowOptions, follow
 from trajopt.tasks.grasping.stages import lifting_scene
 from trajopt.tasks.grasping.straight import along_line, track_line
 from trajopt.tasks.result import StageRefusal, TaskSegment
-from trajopt.tasks.search import Item, Leg, TaskSearch, TaskState, Way, as_items, in_sequence, later
+from trajopt.tasks.search import (
+    Item,
+    Leg,
+    TaskSearch,
+    TaskStage,
+    TaskState,
+    Way,
+    as_items,
+    in_sequence,
+    later,
+)
 from trajopt.values.arrays import Floats, Value, number
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
@@ -221,7 +231,7 @@ class AttachObject(Value):
         held = scene.attach(self.object, self.link, at=at, touch_links=tuple(self.touch_links))
         stood_on = supports(scene, self.object, scene.placement_of(self.object, at))
         lifted = lifting_scene(held, self.object, stood_on, search.options.contact_time)
-        yield replace(state.rest(), scene=held, lifting=lifted.allowances)
+        yield replace(state.rest(name=self.name), scene=held, lifting=lifted.allowances)
 
 
 @checked
@@ -245,7 +255,7 @@ class DetachObject(Value):
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         del search
-        yield replace(state.rest(), scene=state.scene.detach(self.object, at=state.positions))
+        yield replace(state.rest(name=self.name), scene=state.scene.detach(self.object, at=state.positions))
 
 
 @checked
@@ -376,3 +386,27 @@ class Fallback(Value):
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         for item in as_items(self.items):
             yield from in_sequence(item, search, state)
+
+
+@dataclass(frozen=True, eq=False)
+class ForEach(Value):
+    """Items in order, as the parts of a tray; a driven task skips those whose object is missing."""
+
+    items: Sequence[Item]
+    name: str = ""
+    default_name = "for each"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "items", as_items(self.items))
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        for stage in self._stages:
+            held = stage.held_after(scene, group, held)
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        yield from in_sequence(self._stages, search, state)
+
+    @property
+    def _stages(self) -> list[TaskStage]:
+        return [stage for item in as_items(self.items) for stage in item]

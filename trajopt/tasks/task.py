@@ -97,6 +97,11 @@ class Task(Value):
             except TrajoptError as error:
                 raise ProblemError(f"stage {shown(stage.name)}: {error}") from error
 
+    @property
+    def start_positions(self) -> Floats:
+        """Positions of all joints before the task, shape (number of joints,) [rad | m]."""
+        return self._start
+
     def planned(
         self,
         *,

@@ -23,6 +23,7 @@ from trajopt.tasks.stages import (
     Dwell,
     Fallback,
     FollowCurve,
+    ForEach,
     MoveObject,
     MoveTo,
     OneOf,
@@ -48,7 +49,8 @@ def read_task(path: Path | str, scene: Scene) -> Task:
     - `attach` with `link` and optionally `touch_links` (a list), `detach`,
     - `move_object` with `to` and optionally `seconds`,
     - `follow` (a frame) with `poses` or `file`, optionally `blend`, `speed` [m/s], `steady`, `off` [m],
-    - `any_order` (optionally with `then`), `one_of` and `fallback`: each item is a stage or a list of stages.
+    - `any_order` (optionally with `then`), `for_each`, `one_of` and `fallback`: each item is a stage or a
+      list of stages.
 
     Raises:
         FileFormatError: If the file is missing or invalid.
@@ -177,6 +179,7 @@ _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "move_object": (("to", "seconds"), _move_object),
     "follow": (("poses", "file", "speed", "steady", "blend", "off"), _follow),
     "any_order": (("then",), _any_order),
+    "for_each": ((), lambda _, value, cell, name: ForEach(_items(value, cell), name=name)),
     "one_of": ((), lambda _, value, cell, name: OneOf(_items(value, cell), name=name)),
     "fallback": ((), lambda _, value, cell, name: Fallback(_items(value, cell), name=name)),
 }

@@ -6,6 +6,7 @@ from enum import Enum
 from math import isfinite
 from typing import Any
 
+from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import aligned, in_length, in_short, in_unit, shown_in
 
 
@@ -192,6 +193,12 @@ class Certificate:
         """Return JSON data; numbers that are not finite become None."""
         result = {name.name: _plain(getattr(self, name.name)) for name in fields(self)}
         return {"verified": self.verified, **result}
+
+    @checked
+    def passing_time(self, waypoint: str) -> float | None:
+        """Return when the motion passes a waypoint [s]; None if it holds at any moment."""
+        begins = f"waypoint {waypoint}: "
+        return next((check.time for check in self.checks if check.name.startswith(begins)), None)
 
     @property
     def verdict(self) -> str:

@@ -60,7 +60,7 @@ class RemoteState(Value):
             "driven": self.driven,
             "ahead": None if self.ahead is None else self.ahead.tolist(),
             "events": [
-                {"time": each.time, "kind": each.kind.value, "words": each.words} for each in self.events
+                {"time": each.time, "kind": each.kind.value, "words": each.message} for each in self.events
             ],
         }
 

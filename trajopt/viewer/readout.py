@@ -64,7 +64,7 @@ def joints_html(limits: JointLimits, positions: Floats, revolute: tuple[bool, ..
 def events_html(events: Sequence[Event], shown: int) -> str:
     rows = [
         f'<tr><td style="text-align:right;padding-right:0.8em;vertical-align:top">{event.time:.2f} s</td>'
-        f"<td><b>{escape(event.kind.value)}</b>{': ' + escape(event.words) if event.words else ''}</td></tr>"
+        f"<td><b>{escape(event.kind.value)}</b>{escape(event.message and f': {event.message}')}</td></tr>"
         for event in reversed(events[-shown:])
     ]
     more = f"<br>and {len(events) - shown} before" if len(events) > shown else ""

@@ -1,5 +1,6 @@
 """Messages of ROS as data classes, each made from its definition when it is first used, and as plain data."""
 
+import sys
 import time
 from base64 import b64decode, b64encode
 from collections.abc import Callable, Iterable, Mapping
@@ -7,6 +8,7 @@ from dataclasses import dataclass, field, fields, is_dataclass, make_dataclass
 from enum import Enum
 from functools import cache
 from math import isfinite, isnan
+from types import ModuleType
 from typing import Any, ClassVar, Self, TypeAlias, cast
 
 import numpy as np
@@ -144,6 +146,28 @@ def class_in(package: str = "") -> Callable[[str], Any]:
         raise AttributeError(f"there is no message {name} of ROS in {package or 'the table'}")
 
     return find
+
+
+PACKAGES = (
+    "geometry_msgs",
+    "moveit_msgs",
+    "sensor_msgs",
+    "shape_msgs",
+    "std_msgs",
+    "trajectory_msgs",
+    "visualization_msgs",
+)
+"""Packages whose messages MoveIt's scripts use."""
+
+
+def import_package(parent: str, name: str) -> ModuleType:
+    """Return a module with the messages of a package, importable by its name: `PARENT.geometry_msgs.msg`."""
+    package = ModuleType(f"{parent}.{name}", f"Stand-in for the ROS package {name}.")
+    module = ModuleType(f"{package.__name__}.msg", f"Messages of {name}.")
+    vars(module).update(classes_of(name), __getattr__=class_in(name))
+    vars(package).update(msg=module, __path__=[])
+    sys.modules.update({each.__name__: each for each in (package, module)})
+    return package
 
 
 def name_of(kind: type[Any], *, between: str = "") -> str:

@@ -7,12 +7,12 @@ Misuse raises a `MoveItCommanderException`.
 
 from collections.abc import Sequence
 
+from trajopt.files.messages import PACKAGES, import_package
 from trajopt.ros.commander import conversions as conversions
 from trajopt.ros.commander import moveit as moveit
 from trajopt.ros.commander import rclpy as rclpy
 from trajopt.ros.commander import rospy as rospy
 from trajopt.ros.commander import tf as tf
-from trajopt.ros.commander.message_packages import PACKAGES, import_package
 from trajopt.ros.commander.move_group import MoveGroupCommander as MoveGroupCommander
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface as PlanningSceneInterface
 from trajopt.ros.commander.robot import RobotCommander as RobotCommander

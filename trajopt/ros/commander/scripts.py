@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, TextIO
 
-from trajopt.ros.commander import message_packages
+from trajopt.files.messages import PACKAGES as MESSAGE_PACKAGES
 from trajopt.ros.commander.move_group import MoveGroupCommander
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.robot import RobotCommander
@@ -38,7 +38,7 @@ PACKAGES = {
         "core.robot_trajectory",
     ),
     "tf": ("transformations",),
-    **dict.fromkeys(message_packages.PACKAGES, ("msg",)),
+    **dict.fromkeys(MESSAGE_PACKAGES, ("msg",)),
 }
 """Packages of ROS and MoveIt that have stand-ins, and their modules."""
 REASONS = {

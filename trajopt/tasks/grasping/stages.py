@@ -301,6 +301,7 @@ class PlaceObject(Value):
 
 
 def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
+    """Return the scene in which an object in the hand may touch its supports at first, for a time [s]."""
     for support in supports:
         held = held.allow_contact(f"{name} stood on {support}", name, support, first=seconds)
     return held
@@ -370,6 +371,7 @@ def _blended(line: Straight, search: TaskSearch) -> Straight:
 
 
 def hand_of(scene: Scene, given: Gripper | None) -> Gripper:
+    """Return a given gripper, or that of the robot's SRDF."""
     return gripper_of(scene) if given is None else one_of("gripper", given, Gripper)
 
 
