@@ -8,9 +8,8 @@ import numpy as np
 
 from trajopt.driving.events import Event, EventKind
 from trajopt.driving.recording import RecordedDecision, RecordedMotion, Recording
-from trajopt.files.log.mcap_log import McapLog, stamp
+from trajopt.files.log.mcap_log import COMMITTED, DECISIONS, EVENTS, PLAN, Json, McapLog, Topic, stamp
 from trajopt.files.log.robot_messages import RobotMessages, motion, write_joint_states
-from trajopt.files.log.schemas import COMMITTED, DECISIONS, EVENTS, PLAN, Json, Topic
 from trajopt.values.arrays import number
 from trajopt.values.errors.arguments import checked
 
@@ -40,7 +39,7 @@ def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -
 
     Topics: /joint_states, /tf and /scene (the robot as measured among the reported objects), /events, and, if
     there are any, /plan, /committed and /decisions (of a guard). All but the last three have messages of
-    Foxglove; see `trajopt.files.log.schemas`.
+    Foxglove; see `trajopt.files.log.mcap_log`.
 
     Args:
         origin: Time of the log at time 0 of the executor's clock, such as its time since 1970 [s].

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.files.export.exporter import Exported
-from trajopt.files.log.mcap_log import McapLog
+from trajopt.files.log.mcap_log import PLAN, McapLog
 from trajopt.files.log.robot_messages import RobotMessages, motion, write_joint_states
-from trajopt.files.log.schemas import PLAN
 from trajopt.files.moveit.trajectories import (
     planar_joints,
     trajectory_document,

@@ -6,8 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.files.log.mcap_log import McapLog, stamp
-from trajopt.files.log.schemas import FRAMES, JOINTS, SCENE, Json
+from trajopt.files.log.mcap_log import FRAMES, JOINTS, SCENE, Json, McapLog, stamp
 from trajopt.geometry import evaluator
 from trajopt.robot.joints import FixedBody
 from trajopt.scene.reduced import ReducedModel, TimedModel
