@@ -47,6 +47,7 @@ WORKSPACES = {
     "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
     "DynamicObstacles", "WorkCounts", "PlanningWorkspace", "ObstacleContacts", "Player",
     "Events", "SessionCalls", "Experience", "Guard", "GuardedArm", "LeRobotController", "StreamingExecutor",
+    "FrankaController",
     "UrController",
     "DepthCamera", "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
     "MirrorView", "MoveGroupCommander", "RunPublisher",

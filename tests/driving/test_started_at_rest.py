@@ -1,13 +1,15 @@
 """A robot at rest has no deadline: a slow plan is driven, and a reason is reported first."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+import pytest
 
 import trajopt as to
 from tests.driving.test_supervisor import CYCLE, kinds, problem
-from trajopt.driving import EventKind, IdealExecutor, Supervisor, SupervisorOptions
+from trajopt.driving import EventKind, IdealExecutor, RobotState, Supervisor, SupervisorOptions
+from trajopt.values.errors import ProblemError
 
 __all__ = ["problem"]  # a fixture
 
@@ -83,3 +85,27 @@ def test_slow_plan_from_rest_among_moving_objects_is_proven_when_it_begins(probl
     assert kinds(supervisor)[-1] is EventKind.REACHED
     assert not {EventKind.MISSED_DEADLINE, EventKind.UNPROVEN_STOP, EventKind.NO_PLAN} & {*kinds(supervisor)}
     assert not np.abs(arm.state().velocities).any()
+
+
+class Noisy(IdealExecutor):
+    """An arm whose sensors measure a speed at rest [rad/s]."""
+
+    noise = 5e-3
+
+    def state(self) -> RobotState:
+        found = super().state()
+        return replace(found, velocities=found.velocities + self.noise)
+
+
+def test_noise_of_the_measured_speed_does_not_matter(problem: to.Problem) -> None:
+    reduced = problem.reduced
+    arm = Noisy(reduced.joint_names, reduced.start_positions)
+    supervisor = Supervisor(arm, problem)
+    supervisor.go(problem)
+    while supervisor.busy and arm.now() < 20.0:
+        supervisor.cycle()
+        arm.advance(CYCLE)
+    assert kinds(supervisor)[-1] is EventKind.REACHED
+    arm.noise = 0.05
+    with pytest.raises(ProblemError, match="the robot is moving"):
+        Supervisor(arm, problem)

@@ -16,6 +16,7 @@ from trajopt.driving.executor import GripperDriver as GripperDriver
 from trajopt.driving.executor import GripperState as GripperState
 from trajopt.driving.executor import IdealExecutor as IdealExecutor
 from trajopt.driving.executor import RobotState as RobotState
+from trajopt.driving.franka import FrankaController as FrankaController
 from trajopt.driving.guard import ActionOutcome as ActionOutcome
 from trajopt.driving.guard import Decision as Decision
 from trajopt.driving.guard import Guard as Guard

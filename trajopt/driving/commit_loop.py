@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trajopt.driving.committed_motion import REST, CommittedMotion
+from trajopt.driving.committed_motion import SETTLED, CommittedMotion
 from trajopt.driving.events import Event, EventKind, Journal
 from trajopt.driving.executor import Executor
 from trajopt.driving.motion_guard import MotionGuard, guard_of, start_at
@@ -68,7 +68,7 @@ class Commitment(Printed):
     def at_rest(executor: Executor, problem: Problem) -> "Commitment":
         """Take over a robot that is at rest."""
         state = executor.state()
-        if np.abs(state.velocities).max() > REST:
+        if np.abs(state.velocities).max() > SETTLED:
             raise ProblemError("the robot is moving; it can be taken over only at rest")
         guard, journal = guard_of(problem, executor), Journal(executor.now)
         if outside := outside_limits(guard.problem, executor):

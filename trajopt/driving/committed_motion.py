@@ -14,6 +14,8 @@ from trajopt.values.trajectory import MEETING, Trajectory, state_of
 
 REST = 1e-6
 """A joint this slow is at rest, for the judge too [rad/s | m/s]."""
+SETTLED = 1e-2
+"""Largest measured speed of a joint at rest; sensors have noise [rad/s | m/s]."""
 INSTANT = 1e-9
 """Times closer than this are equal [s]."""
 REMEMBERED = 0.25

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.driving.committed_motion import SETTLED
 from trajopt.driving.executor import Executor
 from trajopt.values.arrays import Floats, Value, number
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
-SETTLED = 1e-2
-"""Measured speed of a joint at rest [rad/s | m/s]."""
 SAMPLES = 20
 BRAKING = 2.0
 """Longest time from a stop to rest [s]."""
