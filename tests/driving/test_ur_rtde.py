@@ -40,17 +40,22 @@ def until(reached: Callable[[], object]) -> None:
     assert reached()
 
 
+def rests_at(arm: UrController, goal: np.ndarray) -> bool:
+    positions, velocities = arm.measured()
+    return np.abs(positions - goal).max() < 1e-9 and not velocities.any()
+
+
 def test_a_position_arrives_over_the_wire(controller: StandIn) -> None:
     arm = connected(controller)
     assert b"servoj(q, t=dt, lookahead_time=lh_time, gain=g)" in controller.read("script")
     goal = np.array((0.1, -0.2, 0.3, -0.4, 0.5, -0.6))
     arm.command(goal, np.zeros(6))
-    until(lambda: np.abs(arm.measured()[0] - goal).max() < 1e-9 and not arm.measured()[1].any())
+    until(lambda: rests_at(arm, goal))
     assert controller.read("timing") == [0.0, 0.0, PERIOD, 0.05, 300.0] and arm.error() == ""
     arm.brake()
     assert controller.read("stops") == [10.0]
     arm.command(np.zeros(6), np.zeros(6))
-    until(lambda: np.abs(arm.measured()[0]).max() < 1e-9)
+    until(lambda: rests_at(arm, np.zeros(6)))
     arm.close()
 
 
@@ -66,7 +71,7 @@ def test_a_supervisor_drives_it(controller: StandIn) -> None:
     names, start = problem.reduced.joint_names, problem.reduced.start_positions
     controller.set("target", start.tolist())
     arm = connected(controller)
-    until(lambda: np.abs(arm.measured()[0] - start).max() < 1e-9)
+    until(lambda: rests_at(arm, start))
     with driven(arm, names) as executor:
         supervisor = Supervisor(executor, problem)
         supervisor.go(problem)

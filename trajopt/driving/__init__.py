@@ -6,6 +6,8 @@ Simulated robots and logs are imported when first used.
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
+from trajopt.driving.arms import FrankaController as FrankaController
+from trajopt.driving.arms import UrController as UrController
 from trajopt.driving.committed_motion import CommittedMotion as CommittedMotion
 from trajopt.driving.conformance import Rule as Rule
 from trajopt.driving.conformance import conformance as conformance
@@ -16,7 +18,6 @@ from trajopt.driving.executor import GripperDriver as GripperDriver
 from trajopt.driving.executor import GripperState as GripperState
 from trajopt.driving.executor import IdealExecutor as IdealExecutor
 from trajopt.driving.executor import RobotState as RobotState
-from trajopt.driving.franka import FrankaController as FrankaController
 from trajopt.driving.guard import ActionOutcome as ActionOutcome
 from trajopt.driving.guard import Decision as Decision
 from trajopt.driving.guard import Guard as Guard
@@ -53,7 +54,6 @@ from trajopt.driving.soonest_stop import StopTaken as StopTaken
 from trajopt.driving.streaming import PositionController as PositionController
 from trajopt.driving.streaming import StreamingExecutor as StreamingExecutor
 from trajopt.driving.supervisor import Supervisor as Supervisor
-from trajopt.driving.ur import UrController as UrController
 
 if _TYPE_CHECKING:
     from trajopt.driving.rehearsal import RunReport as RunReport
