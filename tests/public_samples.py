@@ -157,6 +157,10 @@ def by_call() -> Mapping[str, Any]:
     """Return right arguments by "function.argument", where the argument's name says too little."""
     two, goal = np.zeros(2), joints()
     return {
+        "pallet.corner": AT,
+        "pallet.counts": (2, 2, 1),
+        "pallet.steps": (0.1, 0.1, 0.1),
+        "pallet.access": (0.0, 0.0, 0.0),
         "CameraView.target": UP,
         "LostManipulability.reference": 1.0,
         "Path.knots": np.zeros((3, 2)),

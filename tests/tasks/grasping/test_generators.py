@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.tasks.grasping import Grasp, Gripper, grasps_of
-from trajopt.values.errors import ModelError
+from trajopt.tasks.grasping import Grasp, Gripper, grasps_of, pallet
+from trajopt.values.errors import ModelError, ShapeError
 from trajopt.values.shapes.shapes import Shape
 
 from .conftest import on_table
@@ -70,3 +70,24 @@ def test_shapes_without_generator_are_refused(panda: to.Robot, gripper: Gripper)
     scene = to.Scene(panda).add("pair", [(to.Sphere(0.02), to.placement())] * 2)
     with pytest.raises(ModelError, match="2 shapes"):
         grasps_of(scene, "pair", gripper)
+
+
+@pytest.mark.parametrize("staggered", [False, True])
+def test_a_pallet_is_filled_from_below_and_from_the_far_side(staggered: bool) -> None:
+    corner = to.placement((0.4, 0.1, 0.03), rpy=(0.0, 0.0, 0.3))
+    places = pallet(corner, (3, 2, 2), (0.08, 0.07, 0.06), staggered=staggered)
+    assert len(places) == 2 * (5 if staggered else 6)
+    inside = np.array([(corner.inverse() * place).translation for place in places]) / (0.08, 0.07, 0.06)
+    whole = {(x + 0.5 * staggered * y, y, z) for x in range(3 - staggered) for y in (1,) for z in (0, 1)}
+    whole |= {(x, 0, z) for x in range(3) for z in (0, 1)}
+    assert {tuple(row) for row in (inside.round(9) + 0.0).tolist()} == whole
+    layers = inside[:, 2].round(9)
+    assert (np.diff(layers) >= 0.0).all(), "no part is under one that is there"
+    for layer in (0.0, 1.0):
+        points = np.array([place.translation for place in places])[layers == layer]
+        assert (np.diff(np.linalg.norm(points[:, :2], axis=1)) <= 1e-12).all(), "the near parts come last"
+
+
+def test_a_pallet_without_places_is_refused() -> None:
+    with pytest.raises(ShapeError, match="counts: must be positive, are"):
+        pallet(to.placement(), (0, 1, 1), (0.1, 0.1, 0.1))

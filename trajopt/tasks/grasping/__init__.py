@@ -5,6 +5,7 @@ from trajopt.tasks.grasping.grasp import GraspingOptions as GraspingOptions
 from trajopt.tasks.grasping.grasp import Place as Place
 from trajopt.tasks.grasping.grasp import Straight as Straight
 from trajopt.tasks.grasping.grasp import grasps_of as grasps_of
+from trajopt.tasks.grasping.grasp import pallet as pallet
 from trajopt.tasks.grasping.gripper import Gripper as Gripper
 from trajopt.tasks.grasping.gripper import gripper_of as gripper_of
 from trajopt.tasks.grasping.planning import pick as pick

@@ -15,7 +15,7 @@ from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.values.arrays import Floats, Value, direction_of, floats, number, one_of, positive, readonly
 from trajopt.values.errors import ModelError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import WORLD, Placement, as_placement
+from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.shapes.shapes import Box, Cylinder, Shape, Sphere
 
 FORCE = 30.0
@@ -146,6 +146,59 @@ class Place(Value):
         off = np.concatenate((between.translation, Rotation.from_matrix(between.rotation).as_rotvec()))
         free = np.isinf(np.concatenate((asked.position_tolerance, asked.rotation_tolerance)))
         return floats("error", np.where(free, 0.0, off), (6,))
+
+
+UPWARD = np.array((0.0, 0.0, 1.0))
+"""Direction of the layers of a pallet."""
+
+
+@checked
+def pallet(
+    corner: PlacementLike,
+    counts: Sequence[int],
+    steps: ArrayLike,
+    *,
+    staggered: bool = False,
+    access: ArrayLike = (0.0, 0.0, 0.0),
+) -> tuple[Placement, ...]:
+    """Return the places of equal parts on a pallet or a tray, in an order in which each can be reached.
+
+    They are filled layer by layer from below, in each layer the farthest place first. Parts are taken in the
+    reverse order: `reversed(pallet(...))`.
+
+    Args:
+        corner: Placement of the part at a corner; columns are along its x, rows along y, layers along z.
+        counts: Numbers of columns, rows and layers.
+        steps: Distances between columns, rows and layers, shape (3,) [m].
+        staggered: Whether every second row is shifted by half a column, and has one part less.
+        access: Point from which the arm comes, in the frame of `corner`, shape (3,) [m].
+
+    Returns:
+        Placements in the frame of `corner`.
+
+    Raises:
+        ShapeError: If a count is not positive, or `steps` or `access` is not a vector.
+    """
+    begin, numbers = as_placement("corner", corner), floats("counts", counts, (3,))
+    if (numbers < 1).any():
+        raise ShapeError("counts", f"must be positive, are {shown(tuple(counts))}")
+    columns, rows, layers = numbers.astype(int).tolist()
+    size = floats("steps", steps, (3,))
+    flat = np.array(
+        [
+            (column + 0.5 * shift, row, 0.0)
+            for row in range(rows)
+            for shift in (row % 2 if staggered else 0,)
+            for column in range(columns - shift)
+        ]
+    )
+    away = begin.rotation.T @ (floats("access", access, (3,)) - begin.translation)
+    far = np.linalg.norm((flat * size - away)[:, :2], axis=1)
+    return tuple(
+        begin * Placement(translation=size * (place + layer * UPWARD))
+        for layer in range(layers)
+        for place in flat[np.argsort(-far, kind="stable")]
+    )
 
 
 @checked
