@@ -76,6 +76,7 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
         ("past objects", floor, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),
         ("axes and speed", bare, {"goal": (at, to.axis_alignment("tool", tolerance=0.1)),
                                   "constraints": (room, to.axis_alignment("tool", tolerance=0.1)),
+                                  "waypoints": {"half": to.joint_positions({"joint1": -0.6})},
                                   "tool_speed": to.tool_speed("tool", linear=1.8)}),
         ("placement", post, {"goal": placed}),
         ("among moving objects", moved, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),

@@ -11,7 +11,7 @@ from benchmarks.house import code_lines
 CHECKER = Path(__file__).parents[2] / "trajopt" / "verify" / "checker"
 FILES = sorted(CHECKER.glob("*.py"))
 MOST_OF_KERNEL, MOST_OF_RULE, MOST_OF_TORQUE = 800, 60, 160
-TORQUE = {"rule_torque", "inverse_dynamics", "series"}
+TORQUE = {"rule_torque", "inverse_dynamics"}
 """The rule of torque has Newton's and Euler's equations, with derivatives."""
 
 

@@ -112,7 +112,9 @@ def _unmet(statement: Document, times: Numbers) -> Iterator[str]:
     """Yield requirements, but for torque, that do not hold at some time."""
     for each in statement["requirements"]:
         asked = times if each.get("always", each["kind"] == "tool speed") else times[-1:]
-        if each["kind"] in EXCEEDED and (EXCEEDED[each["kind"]](statement, each, asked) > 1e-9).any():
+        passed = each["kind"] == "waypoint"
+        rule, when = (each["requirement"], np.array([each["time"]])) if passed else (each, asked)
+        if rule["kind"] in EXCEEDED and (EXCEEDED[rule["kind"]](statement, rule, when) > 1e-9).any():
             yield f"{each['kind']} is not met"
 
 

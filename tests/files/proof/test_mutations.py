@@ -46,6 +46,7 @@ UNMET: dict[str, Callable[[Document], object]] = {
     "frame placement": lambda each: each["goal"].update(rotation=[1.0, 0.0, 0.0, 0.0]),
     "tool speed": lambda each: each.update(limit=0.3),
     "torque": lambda each: each["limits"].__setitem__(0, [0, 0.01]),
+    "waypoint": lambda each: each.update(time=each["time"] + 0.1),
 }
 
 

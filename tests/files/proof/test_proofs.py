@@ -1,20 +1,23 @@
 """Proofs that are written for verified motions are accepted by the checker."""
 
+import copy
 import json
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import trajopt as to
 from tests.cli.process import trajopt
 from tests.files.proof.conftest import Checker, Proof, planar_problem, planned
-from trajopt.files.proof import save_proof
+from trajopt.files.proof import MotionProof, save_proof
 from trajopt.files.proof.proof import CHECKER
 from trajopt.problem.problem import named_problem
-from trajopt.values.errors import ProblemError
+from trajopt.values.errors import FileFormatError, ProblemError
 
 BLOCKED = """
 import runpy, sys
@@ -79,6 +82,34 @@ def test_every_kind_of_requirement_is_proven(tmp_path: Path, checker: Checker, r
     }  # fmt: skip
     assert {each["always"] for each in stated if each["kind"] == "position in region"} == {True, False}
     assert required.statement["judged"] == []
+
+
+def test_waypoints_are_proven_at_a_moment_of_the_grid(tmp_path: Path, checker: Checker) -> None:
+    way = to.position_in_region("tool", to.Sphere(0.02), to.placement((0.75, 0.3, 0.14)))
+    problem = replace(planar_problem(), waypoints={"over": way, "high": to.joint_positions({"joint1": 0.6})})
+    proof = planned(problem, tmp_path / "x.proof")
+    assert proof.statement["judged"] == []
+    over, high = (each for each in proof.statement["requirements"] if each["kind"] == "waypoint")
+    assert (over["name"], high["name"]) == ("over", "high")
+    assert 0.0 < over["time"] <= high["time"]
+
+    def faults() -> tuple[str, str]:
+        return checker.fault(proof.write(tmp_path / "x.proof")), MotionProof(proof.data).fast_fault
+
+    assert faults() == ("", "")
+    passed = over["time"]
+    for time in (np.nextafter(passed, 0.0), 0.0, proof.statement["motion"]["times"][-1], 99.0):
+        over["time"] = float(time)
+        assert all("waypoint over" in fault for fault in faults())
+    over["time"] = passed
+    over["requirement"]["always"] = True
+    with pytest.raises(checker.malformed, match="one of the end"):
+        faults()
+    with pytest.raises(FileFormatError, match="one of the end"):
+        assert MotionProof(proof.data).fast_fault
+    over["requirement"] = copy.deepcopy(high)
+    with pytest.raises(checker.malformed, match="kind of a requirement"):
+        faults()
 
 
 def test_a_motion_that_follows_its_goal_need_not_end_at_rest(tmp_path: Path, checker: Checker) -> None:

@@ -63,7 +63,7 @@ def test_cells_contain_the_torques_and_their_derivatives(
     grid = np.unique(np.concatenate((stated["motion"]["times"], np.linspace(0.0, 2.0, cells))))
     statement = checker.modules["statement"].read_statement(stated)
     found = checker.modules["kinematics"].GridKinematics(statement, grid)
-    dynamics, over = checker.modules["inverse_dynamics"], checker.modules["series"].over_cells
+    dynamics, over = checker.modules["inverse_dynamics"], checker.modules["inverse_dynamics"].over_cells
     loads = [dynamics.Load(*row[:2], *map(np.array, row[2:])) for row in rule["loads"]]
     masses = dynamics.Masses(np.array(rule["gravity"]), loads, np.array(rule["rotors"]))
     bounds = found.motion.bounds

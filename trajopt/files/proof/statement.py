@@ -15,6 +15,7 @@ from trajopt.scene.track import Timing
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import refined
+from trajopt.verify.checks.required import passages
 from trajopt.verify.kernel.motion import JudgedMotion, Polynomials, TimedMotion
 
 
@@ -26,11 +27,13 @@ class Asked:
         documents: The requirements that are part of the proof.
         shown: Intervals in which requirements of all times can be shown.
         judged: Sentences on facts that are not part of the proof.
+        times: Moments that the grid must have [s].
     """
 
     documents: tuple[Document, ...]
     shown: tuple[Shown, ...]
     judged: tuple[str, ...]
+    times: tuple[float, ...] = ()
 
 
 def asked(problem: Problem, motion: JudgedMotion) -> Asked:
@@ -56,13 +59,32 @@ def asked(problem: Problem, motion: JudgedMotion) -> Asked:
             continue
         found.append(part.document)
         shown.append(part.shown)
-    return Asked(tuple(found), tuple(shown), (*judged, *_only_judged(problem, motion)))
+    times, passed, missed = _waypoints(problem, motion)
+    judged += [f"waypoint {name}" for name in missed]
+    return Asked((*found, *passed), tuple(shown), (*judged, *_only_judged(problem, motion)), times)
+
+
+def _waypoints(problem: Problem, motion: JudgedMotion) -> tuple[tuple[float, ...], list[Document], list[str]]:
+    """Return moments and statements of waypoints, and the names of those that cannot be stated."""
+    wanted = dict(zip(problem.waypoint_names, problem.waypoint_requirements, strict=True))
+    times, found, missed = set[float](), list[Document](), list[str]()
+    for name, passage in passages(motion, wanted).items():
+        parts = [stated(item, motion, always=False) for item in wanted[name]]
+        documents = [part.document for part in parts if part is not None]
+        if len(documents) < len(parts):
+            missed.append(name)
+            continue
+        times.add(passage.time)
+        found += [
+            {"kind": "waypoint", "name": _printable(name), "time": passage.time, "requirement": each}
+            for each in documents
+        ]
+    return tuple(times), found, missed
 
 
 def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
     reduced, robot = motion.reduced, problem.scene.robot
-    found = [f"waypoint {name}" for name in problem.waypoint_names]
-    found += [f"between waypoints: {item.required}" for item in problem.partial]
+    found = [f"between waypoints: {item.required}" for item in problem.partial]
     found += [f"user code: {item.residual.name}" for item in problem.residual_constraints]
     if problem.finish_by is not None:
         found.append(f"the motion ends by {problem.finish_by:g} s")

@@ -4,6 +4,8 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+
 #include "../arrays.hpp"
 #include "../leaks.hpp"
 #include "clearance.hpp"
@@ -28,7 +30,8 @@ class StatedProof {
     const Arm arm(statement_, witness_.grid);
     if (const std::string found = limits_fault(statement_, arm); !found.empty()) return found;
     for (const Rule& rule : statement_.rules)
-      if (const int cell = rule.unshown(arm); cell != SHOWN) return unshown(rule.words, arm, cell);
+      if (const int cell = rule.unshown(arm, static_cast<int>(arm.grid.size()) - 1); cell != SHOWN)
+        return unshown(rule.words, arm, std::max(cell, 0));
     if (const std::string found = pairs_fault(statement_, witness_, arm); !found.empty()) return found;
     const std::vector<bool> holds = leaves_hold(statement_, witness_, arm);
     for (std::size_t pair = 0; pair < statement_.pairs.size(); ++pair)

@@ -1,6 +1,6 @@
 #include "rules.hpp"
 
-#include <cstdio>
+#include <algorithm>
 
 #include "arm.hpp"
 #include "torque.hpp"
@@ -11,9 +11,9 @@ namespace {
 
 using Cells = std::function<bool(int)>;
 
-// The first cell that does not hold, of all or of the last one alone.
-int first_not(const Arm& arm, bool always, const Cells& holds) {
-  const int last = static_cast<int>(arm.grid.size()) - 2;
+// The first cell that does not hold, of all or of the last one before a time of the grid.
+int first_not(int end, bool always, const Cells& holds) {
+  const int last = end - 1;
   for (int cell = always ? 0 : last; cell <= last; ++cell)
     if (!holds(cell)) return cell;
   return SHOWN;
@@ -63,9 +63,9 @@ Rule joint_ranges(nb::handle value, const Statement& statement) {
     demand(joint > 0, "the joint of a range must be a joint, and not the world");
     rows.push_back({statement.joints[joint - 1], unless_null("a bound", entries[1], -INFINITY), unless_null("a bound", entries[2], INFINITY)});
   }
-  return {span(always) + "joints are in their ranges", [=](const Arm& arm) {
+  return {span(always) + "joints are in their ranges", [=](const Arm& arm, int end) {
             const Ball excess{arm.statement.excess};
-            return first_not(arm, always, [&](int cell) {
+            return first_not(end, always, [&](int cell) {
               for (const auto& [joint, least, most] : rows) {
                 const int at = cell * arm.motion.count + joint.coordinate;
                 const Ball taken = always ? arm.motion.bounds[0][at].ball() : arm.motion.positions[at + arm.motion.count];
@@ -103,9 +103,9 @@ Rule alignment(nb::handle value, const Statement& statement) {
   const bool always = flag("always", fields["always"]);
   demand(angle <= 3.14, "an axis must be aligned to within 3.14 rad");
   const double least = up(sine_and_cosine(angle).cosine + WAVE_ERROR);
-  return {span(always) + "an axis of " + name + " is within its cone", [=](const Arm& arm) {
+  return {span(always) + "an axis of " + name + " is within its cone", [=](const Arm& arm, int end) {
             const auto inner = [&](int time) { return dot(turned(seen.turn(arm, time), axis), along).low(); };
-            return first_not(arm, always, [&](int cell) {
+            return first_not(end, always, [&](int cell) {
               if (!always) return inner(cell + 1) >= least;
               const double off = off_chord(arm, cell, unit_acceleration(arm, seen, cell));
               return down(smaller(inner(cell), inner(cell + 1)) - off) >= least;
@@ -159,14 +159,14 @@ Rule region(nb::handle value, const Statement& statement) {
   for (const Member& each : members) demand(each.place.joint == members[0].place.joint, "a region needs members of one joint");
   const FrameView seen = seen_from(place("the place of a frame", fields["place"], joints), members[0].place.joint, statement);
   const bool always = flag("always", fields["always"]);
-  return {span(always) + name + " is in its region", [=](const Arm& arm) {
+  return {span(always) + name + " is in its region", [=](const Arm& arm, int end) {
             Travel travel = seen.travel(arm);
-            return first_not(arm, always, [&](int cell) {
-              const Vec end = seen.origin(arm, cell + 1), begin = always ? seen.origin(arm, cell) : end;
+            return first_not(end, always, [&](int cell) {
+              const Vec last = seen.origin(arm, cell + 1), first = always ? seen.origin(arm, cell) : last;
               // A convex shape that holds both ends of a chord, with room, holds what is near it.
               const double room = always ? off_chord(arm, cell, travel.bounds(cell, cell + 1, seen.reference).acceleration) : 0.0;
               for (const Member& each : members)
-                if (up(larger(each.beyond(begin), each.beyond(end)) + room) <= arm.statement.excess) return true;
+                if (up(larger(each.beyond(first), each.beyond(last)) + room) <= arm.statement.excess) return true;
               return false;
             });
           }};
@@ -200,8 +200,7 @@ Rule placement(nb::handle value, const Statement& statement) {
     return found;
   };
   const auto position = tolerances("position"), rotation = tolerances("rotation");
-  return {"at the end " + name + " is at its placement", [=](const Arm& arm) {
-            const int end = static_cast<int>(arm.grid.size()) - 1;
+  return {"at the end " + name + " is at its placement", [=](const Arm& arm, int end) {
             const Vec off = turned_back(goal.rotation, seen.origin(arm, end) - goal.translation);
             const Turn turn = transposed(goal.rotation) * seen.turn(arm, end);
             const auto& m = turn.m;
@@ -238,10 +237,10 @@ Rule tool_speed(nb::handle value, const Statement& statement) {
   const std::string name = text("a frame", fields["frame"]);
   const FrameView seen = seen_from(place("the place of a frame", fields["place"], static_cast<int>(statement.joints.size())), 0, statement);
   const double limit = size("a limit", fields["limit"]);
-  return {"at all times the speed of " + name + " is below its limit", [=](const Arm& arm) {
+  return {"at all times the speed of " + name + " is below its limit", [=](const Arm& arm, int end) {
             Travel travel = seen.travel(arm);
             const bool smooth = arm.statement.curve.values.size() == 3;
-            return first_not(arm, true, [&](int cell) {
+            return first_not(end, true, [&](int cell) {
               const double speed = larger(velocity(arm, seen.place, cell).length(), velocity(arm, seen.place, cell + 1).length());
               const PointTravel bounds = travel.bounds(cell, cell + 1, 0);
               // A cubic's acceleration jumps, so its velocity is only known to be near an end.
@@ -267,19 +266,43 @@ Rule torque(nb::handle value, const Statement& statement) {
     masses.limits.emplace_back(below("a coordinate", entries[0], statement.curve.count()), size("a limit", entries[1]));
   }
   return {"at all times torques are below their limits",
-          [=](const Arm& arm) { return torque_unshown(arm.statement, masses, arm); }};
+          [=](const Arm& arm, int) { return torque_unshown(arm.statement, masses, arm); }};
+}
+
+using Reader = std::pair<const char*, Rule (*)(nb::handle, const Statement&)>;
+const Reader OF_THE_END[] = {
+    {"joint positions", joint_ranges}, {"frame placement", placement}, {"axis alignment", alignment}, {"position in region", region}};
+
+Rule read_of_the_end(nb::handle value, const Statement& statement) {
+  const std::string kind = text("kind of a requirement", mapping("a requirement", value).get("kind", nb::none()));
+  for (const auto& [name, read] : OF_THE_END)
+    if (kind == name) return read(value, statement);
+  throw Malformed("kind of a requirement must be one of those of the format");
+}
+
+// A requirement of the end holds at some moment, which is a time of the grid.
+Rule waypoint(nb::handle value, const Statement& statement) {
+  const Fields fields("waypoint", value, {"kind", "name", "time", "requirement"});
+  const std::string name = text("the name of a waypoint", fields["name"]);
+  const double time = number("the time of a waypoint", fields["time"]);
+  const nb::dict inner = mapping("the requirement of a waypoint", fields["requirement"]);
+  const bool always = inner.contains("always") && nb::object(inner["always"]).is(nb::bool_(true));
+  demand(!always, "the requirement of a waypoint must be one of the end");
+  const Rule required = read_of_the_end(inner, statement);
+  return {"at waypoint " + name + ": " + required.words, [=](const Arm& arm, int end) {
+            const auto place = std::lower_bound(arm.grid.begin(), arm.grid.end(), time);
+            if (place == arm.grid.end() || *place != time) return end - 1;
+            return required.unshown(arm, static_cast<int>(place - arm.grid.begin()));
+          }};
 }
 
 }  // namespace
 
 Rule read_rule(nb::handle value, const Statement& statement) {
   const std::string kind = text("kind of a requirement", mapping("a requirement", value).get("kind", nb::none()));
-  const std::pair<const char*, Rule (*)(nb::handle, const Statement&)> readers[] = {
-      {"joint positions", joint_ranges}, {"frame placement", placement}, {"axis alignment", alignment},
-      {"position in region", region},    {"tool speed", tool_speed},     {"torque", torque}};
-  for (const auto& [name, read] : readers)
+  for (const auto& [name, read] : {Reader{"tool speed", tool_speed}, Reader{"torque", torque}, Reader{"waypoint", waypoint}})
     if (kind == name) return read(value, statement);
-  throw Malformed("kind of a requirement must be one of those of the format");
+  return read_of_the_end(value, statement);
 }
 
 }  // namespace checker

@@ -83,11 +83,12 @@ struct Pair {
 
 struct Arm;
 
-// A requirement: its words, and a function that returns the first cell of the grid in which it is not shown, or SHOWN.
-constexpr int SHOWN = -1;
+// A requirement: its words, and a function that returns the first cell of the grid in which it is not shown, or SHOWN. The end
+// is the last time of the grid; for a requirement of the end it may be any other one.
+constexpr int SHOWN = -2;
 struct Rule {
   std::string words;
-  std::function<int(const Arm&)> unshown;
+  std::function<int(const Arm&, int end)> unshown;
 };
 
 struct Statement {

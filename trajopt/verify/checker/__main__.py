@@ -11,36 +11,18 @@ from pathlib import Path
 import clearance
 import limits
 import numpy as np
-import rule_alignment
-import rule_joints
-import rule_placement
-import rule_region
-import rule_tool_speed
-import rule_torque
 from kinematics import GridKinematics
-from reading import Malformed, demand, one_of, open_file
+from reading import Malformed, demand, open_file
+from rule_kinds import read_requirement
 from statement import Change, Statement, read_statement
 from witness import read_witness
-
-RULES = {
-    "joint positions": rule_joints.read,
-    "frame placement": rule_placement.read,
-    "axis alignment": rule_alignment.read,
-    "position in region": rule_region.read,
-    "tool speed": rule_tool_speed.read,
-    "torque": rule_torque.read,
-}
-"""Kinds of requirements -> their readers."""
 
 
 def examined(path: Path) -> tuple[str, str]:
     """Return the statement of a file in words, and the first fault; an empty one if it is proven."""
     found, data = open_file(path)
     statement = read_statement(found)
-    requirements = [
-        RULES[one_of(RULES)("kind of a requirement", each.get("kind"))](each, statement)
-        for each in statement.requirements
-    ]
+    requirements = [read_requirement(each, statement) for each in statement.requirements]
     witness = read_witness(data, statement)
     with np.errstate(all="ignore"):  # a number that is not finite fails the comparison that it reaches
         arm = GridKinematics(statement, witness.grid)

@@ -5,11 +5,10 @@ In each cell of the grid a torque is within its second derivative times h^2/8 of
 
 import numpy as np
 from intervals import Interval, down, exactly, up
-from inverse_dynamics import Load, Masses, State, torques
+from inverse_dynamics import Load, Masses, Series, State, over_cells, torques
 from kinematics import GridKinematics
 from reading import Fields, below, every, numbers, record, row, size, text
 from requirement import Bools, StatedRequirement, off_chord
-from series import Series, over_cells
 from statement import MOST_JOINTS, Statement
 
 

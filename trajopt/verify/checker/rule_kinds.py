@@ -1,0 +1,60 @@
+"""All kinds of requirements, and the rule of a waypoint: a requirement of the end holds at some moment."""
+
+import copy
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+import rule_alignment
+import rule_joints
+import rule_placement
+import rule_region
+import rule_tool_speed
+import rule_torque
+from kinematics import GridKinematics
+from reading import Fields, demand, mapping, number, one_of, record, text
+from requirement import Bools, StatedRequirement
+from statement import Statement
+
+Rule = Callable[[Fields, Statement], StatedRequirement]
+OF_THE_END: Mapping[str, Rule] = {
+    "joint positions": rule_joints.read,
+    "frame placement": rule_placement.read,
+    "axis alignment": rule_alignment.read,
+    "position in region": rule_region.read,
+}
+
+
+def read_requirement(value: Fields, statement: Statement) -> StatedRequirement:
+    rules = {
+        **OF_THE_END,
+        "tool speed": rule_tool_speed.read,
+        "torque": rule_torque.read,
+        "waypoint": _waypoint,
+    }
+    return _read(value, statement, rules)
+
+
+def _read(value: Fields, statement: Statement, rules: Mapping[str, Rule]) -> StatedRequirement:
+    return rules[one_of(rules)("kind of a requirement", value.get("kind"))](value, statement)
+
+
+def _waypoint(value: Fields, statement: Statement) -> StatedRequirement:
+    """Read the rule: its moment is a time of the grid."""
+    readers = {"kind": text, "name": text, "time": number, "requirement": mapping}
+    _, name, time, inner = record("waypoint", value, readers)
+    demand(not inner.get("always"), "the requirement of a waypoint must be one of the end")
+    required = _read(inner, statement, OF_THE_END)
+
+    def holds(arm: GridKinematics) -> Bools:
+        count = int(np.searchsorted(arm.grid, time)) + 1
+        if count > len(arm.grid) or arm.grid[count - 1] != time:
+            return np.zeros(1, dtype=np.bool_)
+        until = copy.copy(arm)
+        until.grid = arm.grid[:count]
+        until.rotation, until.translation = arm.rotation[:count], arm.translation[:count]
+        until.motion = replace(arm.motion, positions=arm.motion.positions[:count])
+        return required.holds(until)
+
+    words = required.words.replace("at the end", f"at {time:.6g} s, waypoint {name}:", 1)
+    return StatedRequirement(words, holds)
