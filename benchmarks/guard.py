@@ -234,7 +234,7 @@ class Tally:
         actions: Actions that were due before the next chunk.
         passed: Of these, those that were commanded within `PASSED`.
         outcomes: Decisions of the guard.
-        seconds: CPU times of the decisions about chunks [s].
+        seconds: CPU times of the decisions about chunks, by their outcome [s].
     """
 
     episodes: int = 0
@@ -242,7 +242,7 @@ class Tally:
     actions: int = 0
     passed: int = 0
     outcomes: Counter[str] = field(default_factory=Counter[str])
-    seconds: list[float] = field(default_factory=list[float])
+    seconds: list[tuple[str, float]] = field(default_factory=list[tuple[str, float]])
 
 
 def guarded(cell: Cell, policy: Policy, tally: Tally) -> None:
@@ -256,6 +256,7 @@ def guarded(cell: Cell, policy: Policy, tally: Tally) -> None:
             actions, age = policy(arm.state().positions, arm.now())
             decision = guard.act(actions, rate=RATE, stamp=arm.now() - age)
             tally.outcomes[decision.outcome.name] += 1
+            tally.seconds.append((decision.outcome.name, guard.seconds["act"][-1]))
             if np.shape(actions) == (CHUNK, len(cell.start)) and not age:
                 due += zip(arm.now() + _ahead()[: round(REPLY * RATE)], actions, strict=False)
         guard.tick()
@@ -271,7 +272,6 @@ def guarded(cell: Cell, policy: Policy, tally: Tally) -> None:
             arm.advance(SAMPLE)
     touching = cell.touching(np.array(rows), np.array(times)) & (np.array(speeds) > 1e-6)
     tally.contacts["guard"] += bool(touching.any())
-    tally.seconds += guard.seconds["act"]
 
 
 def clamped(cell: Cell, here: Floats, action: Floats, time: float) -> Floats:
@@ -332,15 +332,25 @@ def section(tallies: dict[str, Tally]) -> str:
     rows = list[tuple[str, ...]]()
     for name, tally in tallies.items():
         outcomes = ", ".join(f"{count} {outcome}" for outcome, count in tally.outcomes.most_common())
-        share = f"{tally.passed / tally.actions:.1%}" if tally.actions else "-"
+        share = f"{tally.passed / tally.actions:.2%}" if tally.actions else "-"
         touched = (str(tally.contacts[each]) for each in ("guard", *OTHERS))
         rows.append((name, str(tally.episodes), *touched, share, outcomes.lower()))
-    seconds = np.concatenate([tally.seconds for tally in tallies.values()])
-    p50, p99 = 1e3 * np.percentile(seconds, (50, 99))
-    cpu = (
-        f"CPU of a decision about 50 actions: p50 {p50:.1f} ms, p99 {p99:.1f} ms ({len(seconds)} decisions)."
-    )
-    return f"{table(head, rows)}\n\n{cpu}"
+    return f"{table(head, rows)}\n\n{_cpu(tallies)}"
+
+
+def _cpu(tallies: dict[str, Tally]) -> str:
+    """Return the table of CPU times: of decisions that pass the actions, and of all."""
+    rows = list[tuple[str, ...]]()
+    for obstacles in ("still", "moving"):
+        timed = [
+            each for name, tally in tallies.items() if name.endswith(obstacles) for each in tally.seconds
+        ]
+        for which, names in (("passed as given", {"AS_GIVEN"}), ("all", {name for name, _ in timed})):
+            spent = 1e3 * np.array([seconds for name, seconds in timed if name in names])
+            if len(spent):
+                p50, p99 = np.percentile(spent, (50, 99))
+                rows.append((obstacles, which, str(len(spent)), f"{p50:.1f}", f"{p99:.1f}"))
+    return table(("obstacles", "decisions about 50 actions", "number", "CPU p50 [ms]", "p99 [ms]"), rows)
 
 
 def main() -> None:

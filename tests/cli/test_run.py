@@ -73,3 +73,9 @@ def test_a_published_run_prints_the_mirror_command(folder: Path, tmp_path: Path)
 def test_a_tolerance_is_stated_with_the_room_that_it_takes(folder: Path) -> None:
     done = trajopt("run", *common(folder), "--tolerance", "0.5")
     assert done.returncode == 1 and "CLEARANCE_IMPOSSIBLE" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_run_is_recorded_for_rerun(folder: Path, tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="the extra `rerun` is not installed")
+    done = trajopt("run", *common(folder), "--record", tmp_path / "run.rrd")
+    assert done.returncode == 0 and (tmp_path / "run.rrd").read_bytes()[:3] == b"RRF"

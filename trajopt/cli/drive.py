@@ -27,7 +27,7 @@ from trajopt.cli.options import (
 from trajopt.driving.recording import Logbook, Recording, Watched, write_recording
 from trajopt.driving.rehearsal import RunReport
 from trajopt.driving.rehearsal import run as drive
-from trajopt.driving.run_log import write_mcap
+from trajopt.driving.run_log import write_mcap, write_rerun
 from trajopt.driving.servo import Servo
 from trajopt.driving.servo_command import REDUCED_SPEED, ServoOptions
 from trajopt.driving.servo_input import Gamepad, Player, Recorder, ServoInput, guide, read_stream
@@ -116,7 +116,8 @@ OutOption = Annotated[
 RecordOption = Annotated[
     Path | None,
     typer.Option(
-        "--record", help="Record the run here: JSON for `trajopt view FILE`, or a log for Foxglove (.mcap)."
+        "--record",
+        help="Record the run here: JSON for `trajopt view FILE`, a log for Foxglove (.mcap) or Rerun (.rrd).",
     ),
 ]
 ViewOption = Annotated[bool, typer.Option("--view", help="Show the run in the browser in real time.")]
@@ -158,10 +159,8 @@ def run(
     happening = _surprises(problem, surprises, tolerance)
     with watched(problem, view=view, port=port, host=host, as_json=as_json, publish=publish) as page:
         driven = drive(problem, surprises=happening, longest=longest, tolerance=tolerance, watch=page.look)
-        if record is not None and record.suffix.lower() == ".mcap":
-            write_mcap(record, page.recording)
-        elif record is not None:
-            write_recording(record, page.recording, robot.as_dict())
+        if record is not None:
+            _write(record, page.recording, robot)
         page.linger(seconds)
     document = driven.as_dict()
     if out is not None:
@@ -171,6 +170,16 @@ def run(
         render(replace(problem, scene=world).reduced, driven.measured, path)
     typer.echo(json.dumps(document, allow_nan=False) if as_json else _run_report(driven))
     raise typer.Exit(0 if driven.reached and not driven.contacts_at_fault else 1)
+
+
+def _write(path: Path, recording: Recording, robot: RobotSource) -> None:
+    match path.suffix.lower():
+        case ".mcap":
+            write_mcap(path, recording)
+        case ".rrd":
+            write_rerun(path, recording)
+        case _:
+            write_recording(path, recording, robot.as_dict())
 
 
 def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:

@@ -59,6 +59,7 @@ if _TYPE_CHECKING:
     from trajopt.driving.rehearsal import RunReport as RunReport
     from trajopt.driving.rehearsal import run as run
     from trajopt.driving.run_log import write_mcap as write_mcap
+    from trajopt.driving.run_log import write_rerun as write_rerun
     from trajopt.driving.simulated import Fault as Fault
     from trajopt.driving.simulated import FaultKind as FaultKind
     from trajopt.driving.simulated import Sensors as Sensors
@@ -71,7 +72,7 @@ if _TYPE_CHECKING:
 
 _LATER = {
     "rehearsal": "RunReport run",
-    "run_log": "write_mcap",
+    "run_log": "write_mcap write_rerun",
     "simulated": "Fault FaultKind Sensors SimulatedExecutor",
     "surprises": "Surprise Surprises random_surprise read_surprises undisturbed",
 }

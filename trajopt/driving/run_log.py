@@ -1,4 +1,4 @@
-"""A recorded run as an MCAP log, for Foxglove and other viewers."""
+"""A recorded run as a log, for the viewers of Foxglove, Rerun and others."""
 
 from collections.abc import Iterable
 from itertools import pairwise
@@ -8,7 +8,18 @@ import numpy as np
 
 from trajopt.driving.events import Event, EventKind
 from trajopt.driving.recording import RecordedDecision, RecordedMotion, Recording
-from trajopt.files.log.mcap_log import COMMITTED, DECISIONS, EVENTS, PLAN, Json, McapLog, Topic, stamp
+from trajopt.files.log.logs import (
+    COMMITTED,
+    DECISIONS,
+    EVENTS,
+    PLAN,
+    Json,
+    Log,
+    McapLog,
+    RerunLog,
+    Topic,
+    stamp,
+)
 from trajopt.files.log.robot_messages import RobotMessages, motion, write_joint_states
 from trajopt.values.arrays import number
 from trajopt.values.errors.arguments import checked
@@ -39,7 +50,7 @@ def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -
 
     Topics: /joint_states, /tf and /scene (the robot as measured among the reported objects), /events, and, if
     there are any, /plan, /committed and /decisions (of a guard). All but the last three have messages of
-    Foxglove; see `trajopt.files.log.mcap_log`.
+    Foxglove; see `trajopt.files.log.logs`.
 
     Args:
         origin: Time of the log at time 0 of the executor's clock, such as its time since 1970 [s].
@@ -48,7 +59,28 @@ def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -
         MissingExtra: If the package `mcap` is not installed.
         ProblemError: If a time of the log would be negative.
     """
-    log, zero = McapLog(), number("origin", origin)
+    _write(McapLog(), path, recording, origin)
+
+
+@checked
+def write_rerun(path: Path | str, recording: Recording, *, origin: float = 0.0) -> None:
+    """Write a recorded run for Rerun's viewer (.rrd): `rerun FILE` shows it.
+
+    Entities: /world (robot and objects), /joint_states, /plan, /committed, and the texts /events and
+    /decisions.
+
+    Args:
+        origin: As for `write_mcap`.
+
+    Raises:
+        MissingExtra: If the package `rerun-sdk` is not installed.
+        ProblemError: If a time of the log would be negative.
+    """
+    _write(RerunLog(), path, recording, origin)
+
+
+def _write(log: Log, path: Path | str, recording: Recording, origin: float) -> None:
+    zero = number("origin", origin)
     times = recording.times + zero
     write_joint_states(log, recording.joint_names, times, recording.positions[:, None])
     _write_worlds(log, recording, zero)
@@ -61,7 +93,7 @@ def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -
     log.save(path)
 
 
-def _write_worlds(log: McapLog, recording: Recording, zero: float) -> None:
+def _write_worlds(log: Log, recording: Recording, zero: float) -> None:
     times = recording.times
     changes = [int(np.searchsorted(times, each.since)) for each in recording.sightings[1:]]
     ends = [0, *changes, len(times)]
@@ -73,7 +105,7 @@ def _write_worlds(log: McapLog, recording: Recording, zero: float) -> None:
             messages.write(log, times[rows] + zero, recording.positions[rows], clock)
 
 
-def _write_motions(log: McapLog, topic: Topic, motions: Iterable[RecordedMotion], zero: float) -> None:
+def _write_motions(log: Log, topic: Topic, motions: Iterable[RecordedMotion], zero: float) -> None:
     for each in motions:
         if each.trajectory is not None:
             log.add(topic, each.since + zero, motion(each.begin + zero, each.trajectory))

@@ -13,7 +13,7 @@ from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.values.errors import FileFormatError
 
 JOINTS = ("pan", "lift, left", "slide")
-READ = sorted(set(EXPORTERS) - {"urscript", "urscript-movej", "urscript-program", "mcap"})
+READ = sorted(set(EXPORTERS) - {"urscript", "urscript-movej", "urscript-program", "mcap", "rerun"})
 
 
 @pytest.fixture

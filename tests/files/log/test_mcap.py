@@ -14,7 +14,7 @@ import trajopt as to
 from tests.files.log.read_mcap import read, seconds
 from trajopt.cli import app_for
 from trajopt.files.export import Mcap, export
-from trajopt.files.log.mcap_log import EVENTS, McapLog, stamp
+from trajopt.files.log.logs import EVENTS, McapLog, stamp
 from trajopt.files.log.robot_messages import RobotMessages
 from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats

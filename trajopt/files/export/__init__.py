@@ -1,4 +1,4 @@
-"""Motions in the formats that controllers read (CSV, ROS 2, MoveIt, URScript), and in that of logs (MCAP)."""
+"""Motions in the formats of controllers (CSV, ROS 2, MoveIt, URScript) and of logs (MCAP, Rerun)."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -12,7 +12,7 @@ from trajopt.files.export.exporter import ProgramSection as ProgramSection
 from trajopt.files.export.sampled import Csv as Csv
 from trajopt.files.export.sampled import FollowJointTrajectory as FollowJointTrajectory
 from trajopt.files.export.sampled import JointTrajectory as JointTrajectory
-from trajopt.files.export.sampled import Mcap
+from trajopt.files.export.sampled import Mcap, Rerun
 from trajopt.files.export.sampled import RobotTrajectoryMessage as RobotTrajectoryMessage
 from trajopt.files.export.urscript import Movej as Movej
 from trajopt.files.export.urscript import Servoj as Servoj
@@ -35,6 +35,7 @@ EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
     "urscript-movej": Movej,
     "urscript-program": UrProgram,
     "mcap": Mcap,
+    "rerun": Rerun,
 }
 """Format name -> factory of its exporter with default options."""
 

@@ -1,4 +1,4 @@
-"""Motions as samples: tables in CSV, messages of ROS 2 and MoveIt, and MCAP logs."""
+"""Motions as samples: tables in CSV, messages of ROS 2 and MoveIt, and logs."""
 
 import csv
 import io
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.files.export.exporter import Exported
-from trajopt.files.log.mcap_log import PLAN, McapLog
+from trajopt.files.log.logs import PLAN, Log, McapLog, RerunLog
 from trajopt.files.log.robot_messages import RobotMessages, motion, write_joint_states
 from trajopt.files.moveit.trajectories import (
     planar_joints,
@@ -177,7 +177,7 @@ class Mcap:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        log, rate = McapLog(), RATE if hz is None else hz
+        log, rate = self._log(), RATE if hz is None else hz
         samples = trajectory.sampled(rate)
         log.add(PLAN, 0.0, motion(0.0, trajectory))
         notes = (f"{rate:g} samples per second, and the motion's own points in {PLAN.name}", "rad, m and s")
@@ -191,3 +191,13 @@ class Mcap:
             RobotMessages(self.reduced).write(log, samples.times, positions, samples.times)
         log.save(path)
         return Exported(path, len(samples.times), samples.duration, notes)
+
+    def _log(self) -> Log:
+        return McapLog()
+
+
+class Rerun(Mcap):
+    """A log of a motion for Rerun's viewer; otherwise as `Mcap`."""
+
+    def _log(self) -> Log:
+        return RerunLog()

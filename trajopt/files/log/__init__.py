@@ -1,4 +1,4 @@
 """Logs of motions and runs as MCAP, with Foxglove's messages in JSON."""
 
-from trajopt.files.log.mcap_log import McapLog as McapLog
+from trajopt.files.log.logs import McapLog as McapLog
 from trajopt.files.log.robot_messages import RobotMessages as RobotMessages

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.files.log.mcap_log import FRAMES, JOINTS, SCENE, Json, McapLog, stamp
+from trajopt.files.log.logs import FRAMES, JOINTS, SCENE, Json, Log, stamp
 from trajopt.geometry import evaluator
 from trajopt.robot.joints import FixedBody
 from trajopt.scene.reduced import ReducedModel, TimedModel
@@ -37,7 +37,7 @@ PRIMITIVES = ("cubes", "spheres", "cylinders", "triangles")
 UNUSED = ("metadata", "arrows", "lines", "texts", "models")
 
 
-def write_joint_states(log: McapLog, names: Sequence[str], times: Floats, states: Floats) -> None:
+def write_joint_states(log: Log, names: Sequence[str], times: Floats, states: Floats) -> None:
     """Write joint states at times (k,) [s]: positions and perhaps their derivatives, (k, 1 to 3, n)."""
     orders = ("position", "velocity", "acceleration")[: states.shape[1]]
     for time, rows in zip(times.tolist(), states, strict=True):
@@ -64,7 +64,7 @@ class RobotMessages(Value):
 
     reduced: ReducedModel
 
-    def write(self, log: McapLog, times: Floats, positions: Floats, clock: Floats) -> None:
+    def write(self, log: Log, times: Floats, positions: Floats, clock: Floats) -> None:
         """Write the frames at some times, and the scene.
 
         The scene is written first, and again when objects appear or disappear.
