@@ -174,6 +174,8 @@ def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
     """
     if not result.verified or result.path is None or result.timed is None:
         return ()
+    if len(result.path.knots) != result.problem.knots:
+        return ()  # it followed a curve, along more knots than the program of a problem has
     return path_prices(result.problem, result.path.knots, seconds=seconds)
 
 

@@ -2,6 +2,7 @@
 
 import json
 from functools import cache
+from pathlib import Path
 from threading import Event
 
 import numpy as np
@@ -22,6 +23,7 @@ from trajopt.tasks.cartesian import (
     polyline,
 )
 from trajopt.values.errors import FrameNotFound, PlanningFailed, ProblemError
+from trajopt.viewer.report import write_report
 
 TCP = "panda_hand_tcp"
 TENTH = 1e-4
@@ -106,7 +108,7 @@ def test_a_circle_is_closed() -> None:
     assert points[0] == pytest.approx(points[-1], abs=TENTH)
 
 
-def test_a_blocked_line_reports_the_place_and_the_obstacle() -> None:
+def test_a_blocked_line_reports_the_place_and_the_obstacle(tmp_path: Path) -> None:
     way = line(at(), at(0.1, 0.35, 0.0))
     wall = to.Scene(panda()).add("wall", to.Box(0.3, 0.02, 0.6), to.placement((0.4, 0.25, 0.4)))
     result = followed(way, wall)
@@ -124,6 +126,8 @@ def test_a_blocked_line_reports_the_place_and_the_obstacle() -> None:
     assert result.require(0.1).trajectory.duration > 0.0
     with pytest.raises(PlanningFailed, match="wall"):
         result.require()
+    page = write_report(result, tmp_path / "part.html", moving=False, pictures=False).read_text()
+    assert "Proven." in page and "followed, proven" in page and "COLLISION after pose 0" in page
 
 
 def test_the_end_of_a_line_is_reported_as_margin_or_requirement() -> None:
