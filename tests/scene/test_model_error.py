@@ -217,3 +217,46 @@ def test_wrong_errors_name_the_fault() -> None:
         scene.with_model_error(mounting=1e-3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ShapeError, match="payload"):
         scene.with_model_error(payload=float("nan"))
+
+
+def lifting(above: float) -> to.Problem:
+    """A part in the hand is lifted off a table, with its bottom a distance above it at the start [m]."""
+    robot = to.load("panda")
+    here = robot.positions("ready")
+    scene = to.Scene(robot).add(
+        "part",
+        to.Box(0.04, 0.04, 0.06),
+        to.placement((0.0, 0.0, 0.12)),
+        frame="panda_hand",
+        touch_links=["panda_hand", "panda_leftfinger", "panda_rightfinger"],
+    )
+    hand, part = scene.placement_of("panda_hand", here), scene.placement_of("part", here)
+    x, y, z = part.translation
+    scene = scene.add("table", to.Box(0.4, 0.4, 0.1), to.placement((x, y, z - 0.03 - above - 0.05)))
+    scene = scene.allow_contact("the part is on the table", "part", "table", depth=1e-3, first=0.25)
+    up = to.Placement(hand.rotation, hand.translation + np.array((0.0, 0.0, 0.15)))
+    goal = to.frame_placement("panda_hand", up)
+    return to.Problem(scene=scene, group="panda_arm", start="ready", goal=goal)
+
+
+def test_a_part_on_a_table_is_lifted_although_the_model_is_wrong() -> None:
+    problem = lifting(0.0)
+    scene = problem.scene.with_model_error(joints=ANGLE, mounting=(1e-3, ANGLE))
+    plan = to.plan(replace(problem, scene=scene))
+    assert plan.verified, plan.reason
+    [contact] = [check for check in plan.certificate.checks if check.name.startswith("contact")]
+    assert contact.value == pytest.approx(0.0, abs=1e-4) and contact.bound == 1e-3
+    reduced = replace(problem, scene=scene).reduced
+    late = plan.trajectory(np.linspace(0.25, plan.trajectory.duration, 20))
+    for positions in late:  # clear of the table by more than the error
+        apart = distances(
+            scene, problem, reduced.all_positions(positions), np.zeros(len(scene.robot.joint_names))
+        )
+        assert apart.min() > 0.0
+
+
+def test_the_depth_of_a_contact_is_that_of_the_described_robot() -> None:
+    problem = lifting(-3e-3)
+    scene = problem.scene.with_model_error(joints=ANGLE, mounting=(1e-3, ANGLE))
+    plan = to.plan(replace(problem, scene=scene))
+    assert plan.status is to.Status.START_IN_COLLISION

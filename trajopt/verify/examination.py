@@ -171,7 +171,7 @@ def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:
     excused = np.zeros(len(measured), dtype=np.bool_)
     for pair, allowance in reduced.pairs.allowances:
         window = {Moment.START: allowance.first, Moment.END: allowance.last}.get(moment, 0.0)
-        if window > 0.0 and measured[pair] > -allowance.depth:
+        if window > 0.0 and measured[pair] > -allowance.depth - reduced.pairs.error[pair]:
             excused[pair] = True
     return excused
 

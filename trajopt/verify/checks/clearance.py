@@ -211,7 +211,7 @@ def _contact_checks(motion: JudgedMotion, search: Findings, *, proven: bool) -> 
         by_allowance.setdefault(allowance, []).append(pair)
     for allowance, pairs in by_allowance.items():
         lowest = pairs[int(search.accepted.measured[pairs].argmin())]
-        measured = float(search.accepted.measured[lowest])
+        measured = float(search.accepted.measured[lowest] + motion.reduced.pairs.error[lowest])
         depth = max(-measured, 0.0) if np.isfinite(measured) else None
         broken = any(contact.pair in pairs and search.excused(contact) for contact in search.contacts)
         if not (proven or broken):

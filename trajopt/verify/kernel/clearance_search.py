@@ -44,12 +44,14 @@ class Windows:
         self._first_depth: Floats = np.full(count, np.inf)
         self._last_depth: Floats = np.full(count, np.inf)
         for pair, allowance in pairs.allowances:
+            # Intended contact is that of the described robot, and distances are less the error of the model.
+            depth = allowance.depth + float(pairs.error[pair])
             if allowance.first > 0.0:
                 self._until[pair] = max(self._until[pair], allowance.first)
-                self._first_depth[pair] = min(self._first_depth[pair], allowance.depth)
+                self._first_depth[pair] = min(self._first_depth[pair], depth)
             if allowance.last > 0.0:
                 self._from[pair] = min(self._from[pair], duration - staying - allowance.last)
-                self._last_depth[pair] = min(self._last_depth[pair], allowance.depth)
+                self._last_depth[pair] = min(self._last_depth[pair], depth)
         if present is not None:
             self._accept_absent(present[:, 0], present[:, 1], duration)
         windowed = pairs.allowances or present is not None
