@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 import trajopt as to
-from trajopt.driving import EventKind, GripperState, IdealExecutor, Supervisor
+from trajopt.driving import EventKind, GripperState, IdealExecutor, SimulatedExecutor, Supervisor
+from trajopt.simulation import SimulationOptions
 from trajopt.tasks import (
     AttachObject,
     DetachObject,
@@ -21,7 +22,7 @@ from trajopt.tasks import (
 )
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of
 from trajopt.values.arrays import Floats
-from trajopt.values.errors import ProblemError
+from trajopt.values.errors import NameNotFound, ObjectNotFound, ProblemError
 
 CYCLE = 0.02
 UP = to.placement((0.5, 0.25, 0.06))
@@ -293,3 +294,67 @@ def test_fingers_need_a_driver_of_their_own(scene: to.Scene) -> None:
         supervisor.go(replace(job, group="hand", stages=[MoveTo("open")], start="ready"))
     with pytest.raises(ProblemError, match="blend_radius is of a goal"):
         supervisor.go(job, blend_radius=0.1)
+
+
+def simulated(
+    job: Task, world: to.Scene | None = None, tolerance: float = 1e-3
+) -> tuple[SimulatedExecutor, Supervisor]:
+    scene = job.scene
+    positions = scene.robot.positions("ready")
+    arm = SimulatedExecutor(
+        world or scene,
+        positions,
+        gripper=gripper_of(scene.robot),
+        loose=("cup",),
+        options=SimulationOptions(dt=1e-3),
+        tolerance=tolerance,
+    )
+    stands = to.Problem(scene=scene, group="panda_arm", start="ready", goal="ready")
+    supervisor = Supervisor(arm, stands, gripper=arm.gripper)
+    supervisor.go(job)
+    return arm, supervisor
+
+
+def test_friction_carries_the_cup_around_an_obstacle_that_moves_in(scene: to.Scene) -> None:
+    alone = scene.remove("mug")
+    way = to.Track.through(
+        (0.0, 2.0, 4.0, 60.0),
+        [to.placement(at) for at in ((1.0, 0.02, 0.2), (1.0, 0.02, 0.2), (0.5, 0.02, 0.2), (0.5, 0.02, 0.2))],
+    )
+    box = alone.add("box", to.Box(0.08, 0.08, 0.3), to.placement((1.0, 0.02, 0.2))).with_motion("box", way)
+    arm, supervisor = simulated(task(alone, *handled(alone, "cup", UP), MoveTo("ready")), box)
+    while supervisor.busy and not supervisor.blocked and arm.now() < 30.0:
+        if EventKind.GRASPED in kinds(supervisor) and "box" not in supervisor.scene.objects:
+            supervisor.see(box, 0.0)
+        supervisor.cycle()
+        arm.advance(CYCLE)
+    assert kinds(supervisor)[-1] is EventKind.COMPLETED
+    assert EventKind.UNPROVEN_STOP not in kinds(supervisor)
+    assert not arm.contacts_at_fault
+    assert arm.placement_of("cup").translation == pytest.approx(UP.translation, abs=3e-3)
+
+
+def test_simulated_fingers_that_close_above_the_cup_hold_nothing_and_the_next_grasp_does(
+    scene: to.Scene,
+) -> None:
+    alone = scene.remove("mug")
+    good = grasps(alone, "cup")[0]
+    raised = to.placement((0.0, 0.0, 0.05)) * good.placement
+    too_high = replace(good, placement=raised, name="too high")
+    arm, supervisor = simulated(task(alone, PickObject("cup", [too_high, good]), MoveTo("ready")))
+    while supervisor.busy and not supervisor.blocked and arm.now() < 20.0:
+        supervisor.cycle()
+        arm.advance(CYCLE)
+    assert words(supervisor, EventKind.NOT_GRASPED) == ["part cup by too high: the gripper holds nothing"]
+    assert kinds(supervisor)[-1] is EventKind.COMPLETED
+    assert arm.placement_of("cup").translation[2] > 0.3
+    assert supervisor.scene.holder("cup").link == "panda_hand_tcp"
+
+
+def test_objects_that_are_not_loose_are_refused(scene: to.Scene) -> None:
+    positions = scene.robot.positions("ready")
+    with pytest.raises(ObjectNotFound, match="'cap'"):
+        SimulatedExecutor(scene, positions, loose=("cap",))
+    arm = SimulatedExecutor(scene, positions, loose=("cup",))
+    with pytest.raises(NameNotFound, match="'mug'"):
+        arm.placement_of("mug")

@@ -64,6 +64,7 @@ if _TYPE_CHECKING:
     from trajopt.driving.simulated import FaultKind as FaultKind
     from trajopt.driving.simulated import Sensors as Sensors
     from trajopt.driving.simulated import SimulatedExecutor as SimulatedExecutor
+    from trajopt.driving.simulated import SimulatedGripper as SimulatedGripper
     from trajopt.driving.surprises import Surprise as Surprise
     from trajopt.driving.surprises import Surprises as Surprises
     from trajopt.driving.surprises import random_surprise as random_surprise
@@ -73,7 +74,7 @@ if _TYPE_CHECKING:
 _LATER = {
     "rehearsal": "RunReport run",
     "run_log": "write_mcap write_rerun",
-    "simulated": "Fault FaultKind Sensors SimulatedExecutor",
+    "simulated": "Fault FaultKind Sensors SimulatedExecutor SimulatedGripper",
     "surprises": "Surprise Surprises random_surprise read_surprises undisturbed",
 }
 """Module -> the names that it defines."""

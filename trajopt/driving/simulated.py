@@ -1,4 +1,4 @@
-"""Executor of a robot that MuJoCo simulates step by step, with delayed and noisy sensors and with faults."""
+"""Executor of a robot that MuJoCo simulates step by step, its gripper, noisy sensors and faults."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -9,16 +9,18 @@ from math import inf
 import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
-from trajopt.driving.executor import STOPPED, RobotState
-from trajopt.scene.reduced import loaded_model
+from trajopt.driving.executor import STOPPED, GripperState, RobotState
+from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import driven_joints, whole_robot
 from trajopt.scene.scene import Scene
-from trajopt.simulation import ContactInterval, SimulationOptions
-from trajopt.simulation.execution import BLOWN_UP, ComputedTorque
+from trajopt.simulation import ContactInterval, Friction, SimulationOptions
+from trajopt.simulation.execution import BLOWN_UP, ComputedTorque, plant_with_gripper, with_finger_drives
 from trajopt.simulation.rollout import ContactLog
+from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.values.arrays import Floats, Value, floats, number
-from trajopt.values.errors import JointNotFound, ProblemError, shown
+from trajopt.values.errors import JointNotFound, NameNotFound, ProblemError, shown
 from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 
 
@@ -107,6 +109,65 @@ class Sensors(Value):
 
 
 EXACT = Sensors()
+RUBBER = Friction()
+
+
+CLOSING_SPEED = 0.1
+"""Speed at which the opening of a simulated gripper changes [m/s]."""
+BLOCKED = 2e-3
+"""Fingers that are farther than this behind their motion press on something [m]."""
+PRESSING_TIME = 0.3
+"""Time in which the force of the fingers builds up [s]."""
+ABOUT = 5e-3
+"""Largest difference of the opening from the width of a held object [m]."""
+
+
+class SimulatedGripper:
+    """The driver of the gripper of a `SimulatedExecutor`, which only friction lets hold an object."""
+
+    def __init__(self, description: Gripper, opening: float, dt: float) -> None:
+        self.description = description
+        self._opening = self._reference = self._target = opening
+        self._dt, self._width, self._force, self._pressed = dt, 0.0, 0.0, 0.0
+
+    @checked
+    def move(self, opening: float) -> None:
+        self.description.joints_at(opening)
+        self._force, self._pressed, self._target, self._reference = 0.0, 0.0, opening, self._opening
+
+    @checked
+    def grasp(self, width: float, force: float) -> None:
+        self.move(self.description.narrowest)
+        self._width, self._force = width, force
+
+    def state(self) -> GripperState:
+        if self._force == 0.0:
+            return GripperState(self._opening, self._reference != self._target, holding=False)
+        pressed = self._pressed >= PRESSING_TIME
+        return GripperState(self._opening, not pressed, pressed and abs(self._opening - self._width) <= ABOUT)
+
+    def advance(self, opening: float) -> None:
+        """Move the reference by one time step; `opening` is the measured one [m]."""
+        self._opening = opening
+        stopped = opening - self._reference > BLOCKED or self._reference == self._target
+        if self._pressed > 0.0 or (self._force > 0.0 and stopped):
+            self._pressed += self._dt
+        else:
+            step = CLOSING_SPEED * self._dt
+            self._reference += float(np.clip(self._target - self._reference, -step, step))
+
+    @property
+    def positions(self) -> Mapping[str, float]:
+        """Joint -> reference position [rad | m]."""
+        return self.description.joints_at(self._reference)
+
+    def torques(self, tracking: Mapping[str, float]) -> Mapping[str, float]:
+        """Return joint -> effort, from those that track the reference to those that press [Nm | N]."""
+        if self._pressed == 0.0:
+            return tracking
+        share = min(self._pressed / PRESSING_TIME, 1.0)
+        presses = self.description.pressing(self._opening, self._force)
+        return {name: (1.0 - share) * tracking[name] + share * effort for name, effort in presses.items()}
 
 
 class SimulatedExecutor:
@@ -116,9 +177,10 @@ class SimulatedExecutor:
     its time.
 
     Attributes:
-        joint_names: Driven joints: all that do not mimic another.
+        joint_names: Driven joints: all that do not mimic another, without those of a gripper.
         tolerance: Largest measured tracking error of each joint, shape (n,) [rad | m].
         committed: The motion that it holds.
+        gripper: Driver of the gripper; None without one.
     """
 
     @checked
@@ -133,6 +195,9 @@ class SimulatedExecutor:
         faults: Sequence[Fault] = (),
         options: SimulationOptions | None = None,
         clock: Callable[[], float] | None = None,
+        gripper: Gripper | None = None,
+        loose: Sequence[str] = (),
+        friction: Friction = RUBBER,
     ) -> None:
         """Begin at rest.
 
@@ -142,13 +207,25 @@ class SimulatedExecutor:
                 limits is held there.
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m]; the
                 error of the sensors is added.
+            gripper: A gripper that is driven by `gripper` of the executor; a step of a millisecond
+                (`SimulationOptions(dt=1e-3)`) keeps objects from creeping.
+            loose: Objects that are moved by contact and friction only.
+            friction: Of these objects.
 
         Raises:
-            ModelError: If the robot has no masses.
+            ModelError: If the robot or a loose object has no mass.
+            ObjectNotFound: If a loose object does not exist.
             JointNotFound: If a fault names a joint that is not driven.
         """
         robot, options = world.robot, options or SimulationOptions()
-        self.joint_names = driven_joints(robot)
+        self._all = driven_joints(robot)
+        fingers = () if gripper is None else gripper.joint_names
+        self.joint_names = tuple(name for name in self._all if name not in fingers)
+        self._arm = [self._all.index(name) for name in self.joint_names]
+        self.gripper: SimulatedGripper | None = None
+        if gripper is not None:
+            self.gripper = SimulatedGripper(gripper, gripper.opening_at(robot, positions), options.dt)
+        self._loose, self._friction, self._payload = frozenset(loose), friction, ""
         self.period, self.latency = options.dt, latency
         count = len(self.joint_names)
         allowed = np.full(count, tolerance) if isinstance(tolerance, float | int) else tolerance
@@ -159,7 +236,9 @@ class SimulatedExecutor:
         begin = positions[robot.index(self.joint_names)]
         self.committed = CommittedMotion(self.joint_names, begin)
         self._others, self._options = robot.followed(positions), options
-        self._build(world, begin, np.zeros(len(begin)))
+        at = positions[robot.index(self._all)]
+        places = {world.object(name).name: world.placement_of(name, positions) for name in loose}
+        self._build(world, at, np.zeros(len(at)), places)
         self._sensors, self._rng = sensors, np.random.default_rng(sensors.seed)
         self._faults = tuple(faults)
         self._clock, self._origin = clock, 0.0 if clock is None else clock()
@@ -189,8 +268,22 @@ class SimulatedExecutor:
         """Return the real state, without delay and noise."""
         now, plant = self._steps * self.period, self._plant
         commanded, _, accelerations = self._commanded()
-        positions, rates = (self._controller.group(each) for each in (plant.positions, plant.velocities))
-        return RobotState(now, positions.copy(), rates.copy(), accelerations, commanded)
+        positions, rates = (
+            self._controller.group(each)[self._arm] for each in (plant.positions, plant.velocities)
+        )
+        return RobotState(now, positions, rates, accelerations, commanded)
+
+    @checked
+    def placement_of(self, name: str) -> Placement:
+        """Return the real placement of a loose object in the world.
+
+        Raises:
+            NameNotFound: If it is not loose.
+        """
+        self._catch_up()
+        if name not in self._loose:
+            raise NameNotFound("loose object", name, sorted(self._loose))
+        return self._plant.placement_of(name)
 
     @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
@@ -217,7 +310,7 @@ class SimulatedExecutor:
         self._catch_up()
         self._braked, self._fault = None, ""
         self._reference = (-1, self._reference[1])
-        self._before = self._controller.group(self._plant.positions).copy()
+        self._before = self._controller.group(self._plant.positions)[self._arm]
         self.committed = CommittedMotion(self.joint_names, self._before)
         self._measured.clear()
         self._measure()
@@ -226,6 +319,7 @@ class SimulatedExecutor:
     def change(self, world: Scene, *, begin: float, duration: float = inf) -> None:
         """Replace the real world, whose clock shows 0 at `begin` [s]; contacts are counted from then on.
 
+        Loose objects stay where they are.
         Contact allowances refer to the ends of a motion of this duration [s].
         """
         self._catch_up()
@@ -233,7 +327,8 @@ class SimulatedExecutor:
             raise ProblemError(f"the robot is {shown(self._world.robot.name)}, not {shown(world.robot.name)}")
         plant, group = self._plant, self._controller.group
         if world is not self._world:
-            self._build(world, group(plant.positions), group(plant.velocities))
+            places = {name: plant.placement_of(name) for name in self._loose}
+            self._build(world, group(plant.positions), group(plant.velocities), places)
         self._count(begin, duration)
 
     @property
@@ -249,28 +344,49 @@ class SimulatedExecutor:
     @property
     def saturated(self) -> tuple[str, ...]:
         """Joints whose motor reached its limit in this world."""
-        return tuple(
-            name for name, cut in zip(self.joint_names, self._saturated.tolist(), strict=True) if cut
+        return tuple(name for name, cut in zip(self._all, self._saturated.tolist(), strict=True) if cut)
+
+    def _build(
+        self, world: Scene, positions: Floats, velocities: Floats, places: Mapping[str, Placement]
+    ) -> None:
+        hand = None if self.gripper is None else self.gripper.description
+        loose = {world.object(name): where for name, where in places.items()}
+        self._world, bare = world, world
+        for name in places:
+            bare = bare.remove(name)
+        at = self._whole_positions(positions)
+        whole = whole_robot(bare, self._all, at)
+        self._plant = plant_with_gripper(
+            whole,
+            loose,
+            fingers=() if hand is None else hand.fingers,
+            pressing=() if hand is None else hand.joint_names,
+            driven_together={} if hand is None else hand.driven_together(world.robot, at),
+            friction=self._friction,
+            dt=self._options.dt,
         )
-
-    def _build(self, world: Scene, positions: Floats, velocities: Floats) -> None:
-        from trajopt.simulation.plant import Plant  # MuJoCo takes a second to import
-
-        robot, at = world.robot, np.array(self._others)
-        at[robot.index(self.joint_names)] = positions
-        whole = whole_robot(world, self.joint_names, robot.followed(at))
-        self._world, self._plant = world, Plant(whole, self._options.dt)
-        self._plant.require_masses()
-        self._controller = ComputedTorque(replace(whole, model=loaded_model(whole)), self._options)
+        self._control(whole)
         self._plant.reset(positions, velocities)
         self._effort = whole.limits.effort
+
+    def _control(self, known: ReducedModel) -> None:
+        fingers = () if self.gripper is None else self.gripper.description.joint_names
+        self._controller = ComputedTorque(with_finger_drives(known, fingers), self._options)
+
+    def _measured_positions(self) -> Floats:
+        return self._whole_positions(self._controller.group(self._plant.positions))
+
+    def _whole_positions(self, positions: Floats) -> Floats:
+        robot, at = self._world.robot, np.array(self._others)
+        at[robot.index(self._all)] = positions
+        return robot.followed(at)
 
     def _count(self, begin: float, duration: float) -> None:
         allowances = self._world.allowances
         self._begin = begin
         self._plant.data.time = self._steps * self.period - begin
         self._log, self._at_fault = ContactLog(allowances, duration), ContactLog(allowances, duration)
-        self._saturated = np.zeros(len(self.joint_names), dtype=np.bool_)
+        self._saturated = np.zeros(len(self._all), dtype=np.bool_)
 
     def _catch_up(self) -> None:
         if self._clock is not None:
@@ -287,15 +403,51 @@ class SimulatedExecutor:
         for fault in self._faults:
             if fault.kind is FaultKind.STUCK:
                 plant.hold(fault.joint, held=fault.at(now))
-        torques = self._controller(followed, plant.positions, plant.velocities)
+        torques = self._torques(followed)
         self._saturated |= np.abs(torques) > self._effort
-        rates = self._controller.group(plant.velocities).copy()
-        touching = plant.step(torques)
+        rates = self._controller.group(plant.velocities)[self._arm]
+        contacts = plant.step(torques)
+        self._weigh(contacts)
+        touching = {pair: depth for pair, depth in contacts.items() if self._loose.isdisjoint(pair)}
         self._log.record(now - self._begin, touching)
         if self._moves_itself(followed, rates, touching):
             self._at_fault.record(now - self._begin, touching)
         self._steps += 1
         self._measure()
+
+    def _torques(self, followed: Floats) -> Floats:
+        plant, gripper = self._plant, self.gripper
+        if gripper is None:
+            return self._controller(followed, plant.positions, plant.velocities)
+        robot, fingers = self._world.robot, gripper.description.joint_names
+        before = gripper.positions
+        gripper.advance(gripper.description.opening_at(robot, self._measured_positions()))
+        aimed = np.zeros((3, len(self._all)))
+        aimed[:, self._arm] = followed
+        columns = [self._all.index(name) for name in fingers]
+        aimed[0, columns] = [before[name] for name in fingers]
+        aimed[1, columns] = [(gripper.positions[name] - before[name]) / self.period for name in fingers]
+        torques = self._controller(aimed, plant.positions, plant.velocities)
+        tracking = dict(zip(fingers, torques[columns].tolist(), strict=True))
+        torques[columns] = list(gripper.torques(tracking).values())
+        return torques
+
+    def _weigh(self, contacts: Mapping[tuple[str, str], float]) -> None:
+        """Let the controller know the mass of the object in the gripper, as drivers are told the payload."""
+        gripper = self.gripper
+        if gripper is None or gripper.state().holding == bool(self._payload):
+            return
+        fingers = set(gripper.description.fingers)
+        touched = [other for pair in contacts for other in pair if other in self._loose and fingers & {*pair}]
+        held = touched[0] if gripper.state().holding and touched else ""
+        at, scene, tool = self._measured_positions(), self._world, gripper.description.tool
+        for name in self._loose - {held}:
+            scene = scene.remove(name)
+        if held:
+            moved = scene.move(held, self._plant.placement_of(held))
+            scene = moved.attach(held, tool, at=at, touch_links=gripper.description.links)
+        self._payload = held
+        self._control(whole_robot(scene, self._all, at))
 
     def _moves_itself(
         self, followed: Floats, rates: Floats, touching: Mapping[tuple[str, str], float]

@@ -1,6 +1,6 @@
 """Execution of trajectories in MuJoCo by a computed-torque controller, one or several in sequence."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, overload
 
@@ -12,6 +12,7 @@ from trajopt.scene.planned_robot import Planned, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel, loaded_model
 from trajopt.scene.reducing import whole_robot
 from trajopt.scene.scene import Scene
+from trajopt.scene.scene_object import SceneObject
 from trajopt.simulation.rollout import (
     ContactLog,
     Friction,
@@ -303,29 +304,18 @@ def simulate_phases(
     Raises:
         ModelError: If the object or the robot has no mass.
     """
-    from trajopt.simulation.plant import Plant
-    from trajopt.simulation.spec import add_loose, couple, describe
-
     joints = tuple(dict.fromkeys(name for phase in phases for name in phase.reduced.joint_names))
-    whole = whole_robot(scene.remove(loose), joints, start)
-    bare = describe(whole)
-    bare.spec.option.timestep = options.dt
-    report = add_loose(
-        bare,
-        scene.object(loose),
-        scene.placement_of(loose, start),
-        fingers=fingers,
-        friction=friction,
-    )
     moving = {joint for phase in phases for joint in phase.presses}
-    for joint in _with_followers(whole, moving):
-        report.spec.joint(joint).armature = FINGER_INERTIA
-    for follower, (leader, factor, offset) in driven_together.items():
-        couple(report.spec, follower, leader, factor, offset)
-    for rule in report.spec.equalities:
-        rule.solimp = np.array(COUPLING_IMPEDANCE)
-    plant = Plant(whole, options.dt, report)
-    plant.require_masses()
+    whole = whole_robot(scene.remove(loose), joints, start)
+    plant = plant_with_gripper(
+        whole,
+        {scene.object(loose): scene.placement_of(loose, start)},
+        fingers=fingers,
+        pressing=moving,
+        driven_together=driven_together,
+        friction=friction,
+        dt=options.dt,
+    )
     run = _Run(plant, whole, loose, moving, options)
     at = start
     for index, phase in enumerate(phases):
@@ -334,6 +324,51 @@ def simulate_phases(
         if run.diverged is not None:
             break
     return run.log(whole_robot(scene, joints, start))
+
+
+def plant_with_gripper(
+    whole: ReducedModel,
+    loose: Mapping[SceneObject, Placement],
+    *,
+    fingers: tuple[str, ...],
+    pressing: Collection[str],
+    driven_together: Mapping[str, tuple[str, float, float]],
+    friction: Friction,
+    dt: float,
+) -> "Plant":
+    """Return a plant whose robot holds loose objects by friction; arguments as for `simulate_phases`.
+
+    Args:
+        loose: Objects, which the scene of the model does not contain -> placements in the world.
+        pressing: Joints of the fingers.
+        dt: Time step [s].
+    """
+    from trajopt.simulation.plant import Plant
+    from trajopt.simulation.spec import add_loose, couple, describe
+
+    report = describe(whole)
+    report.spec.option.timestep = dt
+    for item, where in loose.items():
+        report = add_loose(report, item, where, fingers=fingers, friction=friction)
+    for joint in _with_followers(whole, pressing):
+        report.spec.joint(joint).armature = FINGER_INERTIA
+    for follower, (leader, factor, offset) in driven_together.items():
+        couple(report.spec, follower, leader, factor, offset)
+    for rule in report.spec.equalities if pressing else ():
+        rule.solimp = np.array(COUPLING_IMPEDANCE)
+    plant = Plant(whole, dt, report)
+    plant.require_masses()
+    return plant
+
+
+def with_finger_drives(reduced: ReducedModel, pressing: Collection[str]) -> ReducedModel:
+    """Return a model with its payloads, and the inertia of the drives at the joints of the fingers."""
+    model = loaded_model(reduced).copy()
+    armature = np.array(model.armature)
+    for joint in _with_followers(reduced, pressing):
+        armature[model.joints[model.getJointId(joint)].idx_v] = FINGER_INERTIA
+    model.armature = armature
+    return replace(reduced, model=model)
 
 
 class _Run:
@@ -417,12 +452,7 @@ class _Run:
 
     def _known(self, phase: Phase, at: Floats) -> ReducedModel:
         reduced = whole_robot(phase.reduced.scene, self._whole.joint_names, at)
-        model = loaded_model(reduced).copy()
-        armature = np.array(model.armature)
-        for joint in _with_followers(reduced, self._pressing):
-            armature[model.joints[model.getJointId(joint)].idx_v] = FINGER_INERTIA
-        model.armature = armature
-        return replace(reduced, model=model)
+        return with_finger_drives(reduced, self._pressing)
 
 
 class _Press:
@@ -450,7 +480,7 @@ def _aimed(whole: ReducedModel, followed: Reference, moved: tuple[str, ...], at:
     return Reference(followed.times, positions, velocities, accelerations)
 
 
-def _with_followers(reduced: ReducedModel, joints: set[str]) -> tuple[str, ...]:
+def _with_followers(reduced: ReducedModel, joints: Collection[str]) -> tuple[str, ...]:
     mimics = reduced.scene.robot.mimics
     return tuple(
         name
