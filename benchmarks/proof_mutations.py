@@ -269,7 +269,7 @@ KINDS: Mapping[str, Mutation] = {
     "directions": directions,
     "coefficients of motion and tracks": in_sections("motion", "drives"),
     "joints, limits, start": limits,
-    "radii, vertices, places, presence": in_sections("parts", "changes"),
+    "radii, vertices, places, presence": in_sections("parts", "changes", "contacts"),
     "pairs, clearances, excuses": pairs,
     "requirements and masses": in_sections("requirements"),
     "swapped hashes, statements, witnesses": hashes,

@@ -316,6 +316,10 @@ def there(statement: Document, owners: list[str], times: Numbers) -> Numbers:
         if owner in owners:
             present &= times > (-np.inf if appears is None else appears)
             present &= times < (np.inf if expires is None else expires)
+    for one, other, since, until in statement["contacts"]:
+        if {one, other} == set(owners):
+            present &= times > (-np.inf if since is None else since)
+            present &= times < (np.inf if until is None else until)
     return present
 
 

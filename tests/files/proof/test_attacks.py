@@ -300,7 +300,7 @@ def one_joint(gap: float, speed: float = 0.0) -> Document:
     rate = [[speed], [speed]]
     return {
         "title": "touch",
-        "drives": [], "changes": [],
+        "drives": [], "changes": [], "contacts": [],
         "motion": {"coordinates": ["j"], "times": [0, 1], "values": [[[0], [speed]], rate, [[0], [0]]]},
         "joints": [
             {

@@ -119,7 +119,7 @@ def arm(rng: np.random.Generator, degree: int) -> Document:
         "ends": {**ends, "tolerance": 9, "speed": 9, "rests": False},
         "excess": 0,
         "parts": [{"owner": "a", "place": place, "shape": {"kind": "half-space"}}],
-        "changes": [], "pairs": [], "excused": [], "requirements": [], "judged": [],
+        "changes": [], "pairs": [], "excused": [], "contacts": [], "requirements": [], "judged": [],
     }  # fmt: skip
 
 

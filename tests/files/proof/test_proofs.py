@@ -112,6 +112,30 @@ def test_waypoints_are_proven_at_a_moment_of_the_grid(tmp_path: Path, checker: C
         faults()
 
 
+def test_a_part_keeps_apart_outside_of_its_accepted_contact(tmp_path: Path, checker: Checker) -> None:
+    """It lies on a table at first; where contact is not accepted, both kernels refuse its leaf."""
+    table = to.placement((0.53, -0.788, 0.14))
+    scene = to.Scene(to.load("planar2")).add("table", to.Box(0.3, 0.1, 0.1), table).allow("table", "link2")
+    low = {"joint1": -1.1, "joint2": 0.3}
+    scene = scene.add("part", to.Box(0.04, 0.04, 0.04), to.placement((0.0, 0.0, 0.0)), frame="tool")
+    scene = scene.allow("part", "link2").allow_contact("lift", "part", "table", depth=0.05, first=0.4)
+    goal = to.joint_positions({"joint1": 0.9, "joint2": 0.4})
+    proof = planned(to.Problem(scene=scene, start=low, goal=goal, name="lift"), tmp_path / "x.proof")
+    assert proof.statement["contacts"] == [["part", "table", 0.4, None]]
+    assert not any({"part", "table"} == set(row[:2]) for row in proof.statement["excused"])
+    assert proof.statement["judged"] == ["contact of part and table: at most 50 mm deep"]
+
+    def faults() -> tuple[str, str]:
+        return checker.fault(proof.write(tmp_path / "x.proof")), MotionProof(proof.data).fast_fault
+
+    assert faults() == ("", "")
+    proof.statement["contacts"][0][:2] = ["table", "part"]
+    assert faults() == ("", "")
+    for contact in (["part", "table", None, None], ["part", "post", 0.4, None]):
+        proof.statement["contacts"] = [contact]
+        assert all("part and table" in fault or "table and part" in fault for fault in faults())
+
+
 def test_a_motion_that_follows_its_goal_need_not_end_at_rest(tmp_path: Path, checker: Checker) -> None:
     try:
         problem = named_problem("conveyor_ur5")

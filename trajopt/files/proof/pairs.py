@@ -27,6 +27,9 @@ from trajopt.verify.kernel.pair_distances import required_clearances
 from trajopt.verify.kernel.shapes import hull_of
 
 Document = dict[str, object]
+ALL_TIME = (-np.inf, np.inf)
+TOUCHING = "contact is accepted for a time, which was judged and is not part of this proof"
+MEETING = "their hulls meet: only the judge proves exact meshes apart"
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +134,7 @@ class Pairs:
         required: Clearance of each pair, shape (p,) [m].
         excused: Two owners, and the reason why they need not keep apart.
         changes: Objects that are not always there, or only near their place.
+        contacts: Owners that keep apart only from the first time until the second [s].
         first_driven: The first joint that carries them.
     """
 
@@ -139,6 +143,7 @@ class Pairs:
     required: Floats
     excused: tuple[tuple[str, str, str], ...]
     changes: Mapping[str, Timing]
+    contacts: Mapping[frozenset[str], tuple[float, float]]
     knots: Floats
     first_driven: int
 
@@ -156,18 +161,36 @@ class Pairs:
     def present(self) -> Floats:
         appears = np.array([timing.appears for timing in self.timings])[self.pairs].max(axis=1)
         expires = np.array([timing.expires for timing in self.timings])[self.pairs].min(axis=1)
-        return np.stack((appears, expires), axis=1)
+        spans = np.array(
+            [self.contacts.get(_owners(self.parts, *row), ALL_TIME) for row in self.pairs.tolist()]
+        )
+        since, until = spans.reshape(-1, 2).T
+        return np.stack((np.maximum(appears, since), np.minimum(expires, until)), axis=1)
 
     @property
     def timings(self) -> list[Timing]:
         return [self.changes.get(part.body.owner, ALWAYS) for part in self.parts]
 
-    def excusing(self, lost: Collection[int], reason: str) -> "Pairs":
-        gone = {_owners(self.parts, *self.pairs[pair].tolist()) for pair in lost}
-        kept = [_owners(self.parts, one, other) not in gone for one, other in self.pairs.tolist()]
-        excused = tuple((min(owners), max(owners), reason) for owners in gone)
-        pairs, required = self.pairs[kept], self.required[kept]
-        return replace(self, pairs=pairs, required=required, excused=self.excused + excused)
+    def owners(self, pair: int) -> frozenset[str]:
+        """Return the two owners of a pair's parts."""
+        one, other = self.pairs[pair].tolist()
+        return _owners(self.parts, one, other)
+
+    def excusing(self, lost: Collection[int]) -> "Pairs":
+        """Return the pairs without those of the owners of lost ones, which are excused with a reason."""
+        gone = {self.owners(pair) for pair in lost}
+        kept = [self.owners(pair) not in gone for pair in range(len(self.pairs))]
+        excused = tuple(
+            (min(owners), max(owners), TOUCHING if owners in self.contacts else MEETING) for owners in gone
+        )
+        contacts = {owners: span for owners, span in self.contacts.items() if owners not in gone}
+        return replace(
+            self,
+            pairs=self.pairs[kept],
+            required=self.required[kept],
+            excused=self.excused + excused,
+            contacts=contacts,
+        )
 
 
 def proven_pairs(motion: JudgedMotion) -> Pairs:
@@ -178,7 +201,7 @@ def proven_pairs(motion: JudgedMotion) -> Pairs:
     found = [convex_part(body) for body in reduced.bodies]
     place = np.cumsum([part is not None for part in found]) - 1
     parts = convex_parts(reduced)
-    windows = {pair for pair, _ in reduced.pairs.allowances}
+    contacts = _contacts(motion)
     required = required_clearances(reduced) + reduced.pairs.error
     rows: list[tuple[int, int]] = []
     levels: list[float] = []
@@ -188,8 +211,8 @@ def proven_pairs(motion: JudgedMotion) -> Pairs:
         bodies = found[int(one)], found[int(other)]
         owners = frozenset(reduced.owners(pair))
         listed.add(owners)
-        if pair in windows:
-            excused[owners] = "contact is accepted for a time, which was judged and is not part of this proof"
+        if contacts.get(owners, ALL_TIME)[0] >= contacts.get(owners, ALL_TIME)[1]:
+            excused[owners] = "contact is accepted at all times, to a depth that was judged"
         elif any(part is not None and part.is_half_space and part.body.joint for part in bodies):
             excused[owners] = "a half-space moves, which was judged and is not part of this proof"
         elif None not in bodies:
@@ -209,9 +232,23 @@ def proven_pairs(motion: JudgedMotion) -> Pairs:
         np.array(levels, dtype=np.float64)[kept],
         tuple((min(owners), max(owners), reason) for owners, reason in excused.items()),
         {} if timed is None else timed.timings,
+        {owners: span for owners, span in contacts.items() if owners not in excused},
         times[(times > 0.0) & (times < motion.duration)],
         own,
     )
+
+
+def _contacts(motion: JudgedMotion) -> dict[frozenset[str], tuple[float, float]]:
+    """Return from when until when owners keep apart whose contact is accepted first or last."""
+    found: dict[frozenset[str], tuple[float, float]] = {}
+    reduced = motion.among.reduced
+    for pair, allowance in reduced.pairs.allowances:
+        owners = frozenset(reduced.owners(pair))
+        since, until = found.get(owners, ALL_TIME)
+        since = max(since, allowance.first) if allowance.first > 0.0 else since
+        until = min(until, motion.duration - allowance.last) if allowance.last > 0.0 else until
+        found[owners] = since, until
+    return found
 
 
 def _owners(parts: Sequence[ConvexPart], one: int, other: int) -> frozenset[str]:

@@ -86,6 +86,7 @@ class StandingMotion:
         contacts = {
             owner for *owners, reason in self._pairs.excused if "judged" in reason for owner in owners
         }
+        contacts.update(*self._pairs.contacts)
         return frozenset(shapeless | carried | named | contacts)
 
     def _swept_parts(self) -> SweptParts:

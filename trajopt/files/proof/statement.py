@@ -75,10 +75,8 @@ def _waypoints(problem: Problem, motion: JudgedMotion) -> tuple[tuple[float, ...
             missed.append(name)
             continue
         times.add(passage.time)
-        found += [
-            {"kind": "waypoint", "name": _printable(name), "time": passage.time, "requirement": each}
-            for each in documents
-        ]
+        at: Document = {"kind": "waypoint", "name": _printable(name), "time": passage.time}
+        found += [{**at, "requirement": each} for each in documents]
     return tuple(times), found, missed
 
 
@@ -86,6 +84,10 @@ def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
     reduced, robot = motion.reduced, problem.scene.robot
     found = [f"between waypoints: {item.required}" for item in problem.partial]
     found += [f"user code: {item.residual.name}" for item in problem.residual_constraints]
+    found += [
+        f"contact of {item.a} and {item.b}: at most {1000.0 * item.depth:g} mm deep"
+        for item in problem.scene.allowances
+    ]
     if problem.finish_by is not None:
         found.append(f"the motion ends by {problem.finish_by:g} s")
     if problem.dwell > 0.0:
@@ -122,6 +124,7 @@ def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements
             [*row, level] for row, level in zip(pairs.pairs.tolist(), pairs.required.tolist(), strict=True)
         ],
         "excused": [list(row) for row in pairs.excused],
+        "contacts": [[*sorted(owners), *map(_finite, span)] for owners, span in pairs.contacts.items()],
         "requirements": list(requirements.documents),
         "judged": [_printable(each) for each in requirements.judged],
     }

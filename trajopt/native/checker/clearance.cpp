@@ -58,11 +58,13 @@ class Support {
   double resting_ = 0.0;
 };
 
-// Whether both parts of a pair are there, and the largest error of their places.
+// Whether both parts of a pair are there and must keep apart, and the largest error of their places.
 struct Presence {
   std::vector<const Change*> changes;
+  double since = -INFINITY, until = INFINITY;
   bool there(double begin, double end) const {
-    return std::all_of(changes.begin(), changes.end(),
+    return end > since && begin < until &&
+           std::all_of(changes.begin(), changes.end(),
                        [&](const Change* each) { return end > each->appears && begin < each->expires; });
   }
   double error(double end) const {
@@ -80,6 +82,9 @@ Presence presence(const Statement& statement, const Part& one, const Part& other
   for (const Change& change : statement.changes)
     for (const Part* part : {&one, &other})
       if (part->owner == change.owner) found.changes.push_back(&change);
+  for (const Contact& contact : statement.contacts)
+    if (std::minmax(one.owner, other.owner) == std::minmax(contact.one, contact.other))
+      found.since = std::max(found.since, contact.since), found.until = std::min(found.until, contact.until);
   return found;
 }
 

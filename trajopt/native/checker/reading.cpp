@@ -156,7 +156,7 @@ std::vector<double> grid_of(Bytes& bytes, const Statement& statement) {
 
 Statement read_statement(nb::handle value) {
   const Fields fields("the statement", value, {"title", "motion", "drives", "joints", "ends", "excess", "parts", "changes", "pairs",
-                                               "excused", "requirements", "judged"});
+                                               "excused", "contacts", "requirements", "judged"});
   Statement found;
   text("the title", fields["title"]);
   found.curve = read_curve("motion", fields["motion"]);
@@ -191,6 +191,11 @@ Statement read_statement(nb::handle value) {
     const nb::list entries = row("an excuse", each, 3);
     text("a reason", entries[2]);
     found.excused.emplace_back(text("an owner", entries[0]), text("an owner", entries[1]));
+  }
+  for (nb::handle each : items("contacts", fields["contacts"])) {
+    const nb::list entries = row("a contact", each, 4);
+    found.contacts.push_back({text("an owner", entries[0]), text("an owner", entries[1]), unless_null("since", entries[2], -INFINITY),
+                              unless_null("until", entries[3], INFINITY)});
   }
   for (nb::handle each : items("judged", fields["judged"])) text("a judged fact", each);
   for (nb::handle each : items("requirements", fields["requirements"])) found.rules.push_back(read_rule(each, found));

@@ -76,6 +76,12 @@ struct Change {
   std::array<double, 3> error{};
 };
 
+// Two owners that keep apart only between two times.
+struct Contact {
+  std::string one, other;
+  double since = 0.0, until = 0.0;
+};
+
 struct Pair {
   int one = 0, other = 0;
   double clearance = 0.0;
@@ -101,6 +107,7 @@ struct Statement {
   std::vector<Change> changes;
   std::vector<Pair> pairs;
   std::vector<std::pair<std::string, std::string>> excused;
+  std::vector<Contact> contacts;
   std::vector<Rule> rules;
 };
 

@@ -44,6 +44,7 @@ def in_words(statement: Statement, rules: list[str]) -> str:
         f" all that the robot can move but {len(statement.excused)} excused pairs of owners",
         *(f"    {one} and {other}: {reason}" for one, other, reason in statement.excused),
         *(f"  {_in_words(change)}" for change in statement.changes),
+        *(f"  {a} and {b} may touch outside [{x:g}, {y:g}] s" for a, b, x, y in statement.contacts),
         f"  {len(statement.joints)} joints keep their limits, to within {statement.excess:g}",
         f"  the motion has the stated start{' and ends at rest' * statement.ends.rests}",
         *(f"  {rule}" for rule in rules),

@@ -69,7 +69,7 @@ def _left_out(statement: Statement, arm: GridKinematics) -> Iterator[str]:
 def _changing(
     statement: Statement, begin: Floats, end: Floats, pairs: Rows
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the largest error of both parts in each leaf, (l,) [m], and whether both are there in it."""
+    """Return the largest error of both parts in each leaf, (l,) [m], and whether they must keep apart."""
     error, there = np.zeros(len(begin)), np.ones(len(begin), dtype=np.bool_)
     for change in statement.changes:
         mine = np.array([part.owner == change.owner for part in statement.parts])[pairs]
@@ -77,6 +77,10 @@ def _changing(
         grown = up(up(r + up(v * end)) + up(a / 2.0 * up(end * end)))
         error = up(error + up(grown * mine.sum(axis=1)))
         there &= ~mine.any(axis=1) | ((end > change.appears) & (begin < change.expires))
+    owners = [part.owner for part in statement.parts]
+    for one, other, since, until in statement.contacts:
+        named = [{owners[int(first)], owners[int(second)]} == {one, other} for first, second in pairs]
+        there &= ~np.array(named) | ((end > since) & (begin < until))
     return error, there
 
 

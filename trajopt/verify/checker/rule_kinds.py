@@ -47,8 +47,8 @@ def _waypoint(value: Fields, statement: Statement) -> StatedRequirement:
     required = _read(inner, statement, OF_THE_END)
 
     def holds(arm: GridKinematics) -> Bools:
-        count = int(np.searchsorted(arm.grid, time)) + 1
-        if count > len(arm.grid) or arm.grid[count - 1] != time:
+        count = int(np.count_nonzero(arm.grid <= time))
+        if not count or arm.grid[count - 1] != time:
             return np.zeros(1, dtype=np.bool_)
         until = copy.copy(arm)
         until.grid = arm.grid[:count]

@@ -130,6 +130,7 @@ class Statement:
             limit, the larger; of rates and torques relative; of requirements absolute.
         pairs: Two parts and the clearance that they keep [m].
         excused: Two owners that need not keep apart, and the reason.
+        contacts: Two owners that keep apart only from the first time until the second [s].
         judged: Sentences on facts that were judged, but are not part of the proof.
     """
 
@@ -143,6 +144,7 @@ class Statement:
     changes: list[Change]
     pairs: list[tuple[int, int, float]]
     excused: list[tuple[str, str, str]]
+    contacts: list[tuple[str, str, float, float]]
     requirements: list[Fields]
     judged: list[str]
 
@@ -167,6 +169,7 @@ def read_statement(value: Fields) -> Statement:
         changes=take.every(lambda where, value: Change(*change(where, value))),
         pairs=take.every(take.row(part, part, take.size)),
         excused=take.every(take.row(take.text, take.text, take.text)),
+        contacts=take.every(take.row(take.text, take.text, take.least, take.most)),
         requirements=take.every(take.mapping),
         judged=take.every(take.text),
     )
