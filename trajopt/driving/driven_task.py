@@ -15,7 +15,6 @@ from trajopt.driving.motion_guard import guard_of
 from trajopt.driving.options import SupervisorOptions
 from trajopt.geometry.geometry import supports
 from trajopt.scene.clearances import ContactAllowance
-from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import FORCE, Grasp
 from trajopt.tasks.grasping.gripper import Gripper
@@ -269,8 +268,7 @@ class DrivenTask(Printed):
         )
         for name in sorted(held_objects(scene)):
             stands_on = supports(scene, name, scene.placement_of(name, here))
-            held = reduce_model(scene, self.task.group, here)
-            scene = lifting_scene(held, name, stands_on, options.contact_time)
+            scene = lifting_scene(scene, name, stands_on, options.contact_time)
         try:
             task = replace(self.task, scene=scene, start=here, stages=self._stages)
             result = task.planned(budget=replace(self.options.budget, improve=False))

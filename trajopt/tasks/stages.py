@@ -230,8 +230,7 @@ class AttachObject(Value):
         scene, at = state.scene, state.positions
         held = scene.attach(self.object, self.link, at=at, touch_links=tuple(self.touch_links))
         stood_on = supports(scene, self.object, scene.placement_of(self.object, at))
-        grasped = search.reduced(held, at)
-        lifted = lifting_scene(grasped, self.object, stood_on, search.options.contact_time)
+        lifted = lifting_scene(held, self.object, stood_on, search.options.contact_time)
         yield replace(state.rest(name=self.name), scene=held, lifting=lifted.allowances)
 
 

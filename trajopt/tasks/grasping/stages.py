@@ -161,8 +161,7 @@ class PickObject(Value):
         rest, name = search.options.grip_time, f"{self.name}: close"
         closed = fingers(there, gripper, grasp.width, name, meets=self.object, rest=rest, names=names)
         stood_on = supports(scene, self.object, scene.placement_of(self.object, at))
-        grasped = search.reduced(held, closed.positions)
-        lifting = lifting_scene(grasped, self.object, stood_on, search.options.contact_time)
+        lifting = lifting_scene(held, self.object, stood_on, search.options.contact_time)
         line = along_line(held, closed.positions, lifted, tool, search.options)
         handled = {**state.handled, self.object: Handling(scene, gripper, self.name, grasp)}
         return replace(closed, scene=held, handled=handled).to(
@@ -237,9 +236,8 @@ class PlaceObject(Value):
         names = _names(handling)
         refused = partial(_refused, self.name, names)
         stands_on = supports(held, self.object, held.placement_of(place.frame, start) * place.placement)
-        carrying = search.reduced(held, start)
-        lowering = lowering_scene(carrying, self.object, stands_on, search.options.contact_time)
-        reduced = search.reduced(lowering, start)
+        lowering = lowering_scene(held, self.object, stands_on, search.options.contact_time)
+        reduced, carrying = search.reduced(lowering, start), search.reduced(held, start)
         kept = (item for item in self.constraints if isinstance(item, Requirement))
         wanted = (place.requirement(self.object), *kept)
         found = search.configurations(reduced, wanted, f"{self.name}: lower", names)
@@ -302,35 +300,18 @@ class PlaceObject(Value):
         return min(opening, gripper.widest)
 
 
-DEPTH = 1e-3
-"""Accepted depth of the contact with a support [m]; the error of the model is added."""
-
-
-def lifting_scene(held: ReducedModel, name: str, supports: Sequence[str], seconds: float) -> Scene:
+def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
     """Return the scene in which an object in the hand may touch its supports at first, for a time [s]."""
-    scene = held.scene
     for support in supports:
-        depth = _depth(held, name, support)
-        scene = scene.allow_contact(f"{name} stood on {support}", name, support, depth=depth, first=seconds)
-    return scene
+        held = held.allow_contact(f"{name} stood on {support}", name, support, first=seconds)
+    return held
 
 
-def lowering_scene(held: ReducedModel, name: str, supports: Sequence[str], seconds: float) -> Scene:
+def lowering_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
     """Return the scene in which an object in the hand may touch its supports at last, for a time [s]."""
-    scene = held.scene
     for support in supports:
-        depth = _depth(held, name, support)
-        scene = scene.allow_contact(f"{name} stands on {support}", name, support, depth=depth, last=seconds)
-    return scene
-
-
-def _depth(held: ReducedModel, name: str, support: str) -> float:
-    errors = (
-        float(error)
-        for pair, error in enumerate(held.pairs.error)
-        if error > 0.0 and {name, support} == {*held.owners(pair)}
-    )
-    return DEPTH + max(errors, default=0.0)
+        held = held.allow_contact(f"{name} stands on {support}", name, support, last=seconds)
+    return held
 
 
 def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
