@@ -173,7 +173,7 @@ def test_arrays_of_the_wrong_shape_are_refused(tmp_path: Path) -> None:
     reach = np.full(len(query.reduced.pairs.margin), 0.1)
     with pytest.raises(ValueError, match="one position for each joint"):
         query.close_pairs(np.zeros((2, 3)), reach)
-    with pytest.raises(ValueError, match="one reach for each pair"):
+    with pytest.raises(ValueError, match="one reach and one aim for each pair"):
         query.close_pairs(np.zeros((2, 4)), reach[:-1])
     with pytest.raises(ValueError, match="as many ends as starts"):
         query.displacement(np.zeros((2, 4)), np.zeros((3, 4)))

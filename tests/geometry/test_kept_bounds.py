@@ -242,3 +242,49 @@ def _runs_beside(call: Callable[[], object]) -> bool:
     beside = not ended.is_set()
     worker.join()
     return beside
+
+
+def test_distances_above_the_aim_lose_a_third_of_their_excess_at_most(tmp_path: Path) -> None:
+    """Against exact ones of a fresh query: small and large steps, and other samples of the motion."""
+    shapes = [*SHAPES.values(), Box(0.4, 0.02, 0.3), round_body(150), round_body(30)]
+    reduced = among(tmp_path, shapes, seed=4)
+    rng, query = np.random.default_rng(7), Query(reduced)
+    aim, pairs = reduced.pairs.margin, len(reduced.pairs.margin)
+    reach = aim + 0.05
+    inexact = compared = 0
+    for samples in (23, 61, 40):
+        motion = path_through(reduced, 6, samples)
+        for size in (0.1, 0.02, 0.01, 0.001):
+            bump = size * rng.normal(size=4) * np.sin(np.linspace(0.0, np.pi, samples))[:, None]
+            motion = np.clip(motion + bump, *limits(reduced))
+            found, exact = (
+                query.close_pairs(motion, reach, aim),
+                Query(reduced).close_pairs(motion, 2.0 * reach),
+            )
+            true = dict(
+                zip((exact.sample * pairs + exact.pair).tolist(), exact.distance.tolist(), strict=True)
+            )
+            asked = dict(
+                zip((found.sample * pairs + found.pair).tolist(), found.distance.tolist(), strict=True)
+            )
+            assert {key for key, distance in true.items() if distance < reach[key % pairs]} <= asked.keys()
+            for key, distance in asked.items():
+                excess = max(true[key] - aim[key % pairs], 0.0)
+                assert true[key] - excess / 3.0 - 1e-8 <= distance <= true[key] + 1e-8
+                inexact += abs(distance - true[key]) > 1e-6
+                compared += 1
+    assert inexact > 50 and compared > 5 * inexact // 10
+
+
+def test_a_query_that_forgot_is_as_a_fresh_one(tmp_path: Path) -> None:
+    reduced = among(tmp_path, [Box(0.4, 0.02, 0.3), round_body(150), round_body(30)], seed=4)
+    used, motion = Query(reduced), path_through(reduced, 6, 40)
+    aim = reduced.pairs.margin
+    used.close_pairs(motion + 0.01, aim + 0.05, aim)
+    before = used.counts.distances
+    inexact = rows(used.close_pairs(motion, aim + 0.05, aim))
+    assert used.counts.distances - before < len(inexact[0])
+    used.forget()
+    again = rows(used.close_pairs(motion, aim + 0.05, aim))
+    for one, other in zip(again, rows(Query(reduced).close_pairs(motion, aim + 0.05, aim)), strict=True):
+        assert np.array_equal(one, other)

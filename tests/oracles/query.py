@@ -42,8 +42,9 @@ class PlainQuery(Query):
         self.counts.forward_kinematics += count
         return JointPlacements(placements[:, :, :3, :3], placements[:, :, :3, 3], jacobian)
 
-    def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
+    def close_pairs(self, positions: Floats, reach: Floats, aim: Floats | None = None) -> Contacts:
         """Measure every pair that is nearer than its reach; see `Query.close_pairs`."""
+        del aim  # all distances are exact
         at, pairs = self.kinematics(positions), self.reduced.pairs
         candidates = np.argwhere(self._lower_bounds(at) < reach)
         self.counts.bounds += len(positions) * len(reach)

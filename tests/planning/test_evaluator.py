@@ -39,9 +39,9 @@ class Recorder:
         self.sizes.append(len(positions))
         return self.native.kinematics(positions)
 
-    def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
+    def close_pairs(self, positions: Floats, reach: Floats, aim: Floats | None = None) -> Contacts:
         self.sizes.append(len(positions))
-        return self.native.close_pairs(positions, reach)
+        return self.native.close_pairs(positions, reach, aim)
 
     def displacement(self, start: Floats, end: Floats) -> Floats:
         return self.native.displacement(start, end)

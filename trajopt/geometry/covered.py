@@ -159,7 +159,8 @@ class Covered:
     def nearer_than_required(self, reduced: ReducedModel, ends: Floats) -> Mapping[int, Ints]:
         count, required = len(self.first), reduced.pairs.required
         core = self.core(np.arange(count), count)
-        pairs = core.close_pairs(np.ascontiguousarray(ends), required[self.stands_for])[1]
+        reach = required[self.stands_for]
+        pairs = core.close_pairs(np.ascontiguousarray(ends), reach, reach)[1]
         found = np.unique(np.concatenate((self.first[pairs], self.second[pairs])))
         found = found[self.box[found] >= 0]
         return {

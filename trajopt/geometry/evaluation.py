@@ -101,12 +101,14 @@ class Evaluator(Protocol):
         """
         ...
 
-    def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
+    def close_pairs(self, positions: Floats, reach: Floats, aim: Floats | None = None) -> Contacts:
         """Measure every pair that is nearer than its reach.
 
         Args:
             positions: S configurations of the group, shape (S, n) [rad | m].
             reach: Distance of interest, one for each pair, shape (p,) [m].
+            aim: Clearance that the caller wants each pair to keep, shape (p,) [m]. A larger distance may be
+                reported up to a third of its excess too small; all distances are exact when None.
 
         Returns:
             At least one contact for each configuration and pair with a signed distance below the reach, the

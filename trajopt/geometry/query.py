@@ -54,15 +54,21 @@ class Query:
         self.counts.forward_kinematics += len(positions)
         return JointPlacements(*self._core.placements(np.ascontiguousarray(positions)))
 
-    def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
+    def close_pairs(self, positions: Floats, reach: Floats, aim: Floats | None = None) -> Contacts:
         """Measure pairs within reach, (p,) [m]; up to six contacts of a cloud, with the nearest."""
         core, counts = self._core, self.counts
         bounds, distances = core.bounds, core.distances
-        contacts = Contacts(*core.close_pairs(np.ascontiguousarray(positions), reach))
+        contacts = Contacts(
+            *core.close_pairs(np.ascontiguousarray(positions), reach, reach if aim is None else aim)
+        )
         counts.forward_kinematics += len(positions)
         counts.bounds += core.bounds - bounds
         counts.distances += core.distances - distances
         return contacts
+
+    def forget(self) -> None:
+        """Forget earlier measurements, so that later ones with an aim do not depend on them."""
+        self._core.forget()
 
     def displacement(self, start: Floats, end: Floats) -> Floats:
         """Bound how far any point of any body is displaced from start to end, shape (S,) [m].

@@ -48,8 +48,10 @@ class RobotQuery {
   virtual int positions() const = 0;
   virtual int joints() const = 0;
   virtual int pairs() const = 0;
-  // Every pair nearer than its reach at configurations of the group, which lie one after the other.
-  virtual Near near(const double* positions, int samples, const std::vector<double>& reach) = 0;
+  // Every pair nearer than its reach at configurations of the group, which lie one after the other. A distance above
+  // the pair's aim may be too small by a share of what it exceeds the aim by; nearer ones are exact.
+  virtual Near near(const double* positions, int samples, const std::vector<double>& reach,
+                    const std::vector<double>& aim) = 0;
   virtual void see(const View& view, const double* positions, Seen& seen) = 0;
   virtual Work work() const = 0;
 };

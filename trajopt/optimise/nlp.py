@@ -5,7 +5,7 @@ Every row of a residual touches few knots: a solver may use the structure or fla
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -107,6 +107,15 @@ class Linearisation(Value):
     def feasible(self) -> bool:
         """Whether every constraint holds within its tolerance."""
         return all(block.worst <= block.tolerance for block in self.constraints)
+
+
+@runtime_checkable
+class Restartable(Protocol):
+    """A program whose linearisations may depend on earlier ones, within their accuracy."""
+
+    def restart(self) -> None:
+        """Make later linearisations independent of earlier ones."""
+        ...
 
 
 class Nlp(Protocol):

@@ -27,7 +27,7 @@ from trajopt.values.arrays import Floats, Ints, Loss, Rows
 
 PROBLEMS = [
     *("cup_past_pillar", "weld_seam_panda", "keep_in_view_panda", "wide_berth", "cup_through_gap_panda"),
-    *("heavy_payload_panda", "two_arms_meet", "narrow_mouth_panda", "turn_over_panda"),
+    *("heavy_payload_panda", "two_arms_meet", "turn_over_panda"),
     *("pick_and_place_panda", "elbow_kept", "past_column_tiago"),
 ]
 """Of every kind of term, solved and not, with one arm, two arms and rolling wheels."""

@@ -57,7 +57,9 @@ def test_terms_of_frames_are_as_python_has_them(tmp_path: Path, name: str) -> No
     run = descent_of(nlp, sampling)
     assert run is not None
     run.begin(x, sampling)
-    native, python = run.linearised(), nlp.linearise(x, sampling)
+    native = run.linearised()
+    nlp.restart()
+    python = nlp.linearise(x, sampling)
     for mine, theirs in zip(
         (*native.costs, *native.constraints), (*python.costs, *python.constraints), strict=True
     ):

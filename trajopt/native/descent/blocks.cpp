@@ -27,7 +27,7 @@ void Linear::evaluate(const Variables& variables, const Role& role, const double
 void Distances::evaluate(const Variables& variables, const Role& role, robot::RobotQuery& query, const double* x,
                          Rows& rows) const {
   const std::vector<double> positions = positions_of(samples, variables.joints, x);
-  const robot::Near found = query.near(positions.data(), samples.count(), reach);
+  const robot::Near found = query.near(positions.data(), samples.count(), reach, margins.full);
   for (std::size_t entry = 0; entry < found.count; ++entry) {
     const std::size_t sample = found.sample[entry], pair = found.pair[entry];
     const double* slope = found.jacobian + entry * variables.joints;

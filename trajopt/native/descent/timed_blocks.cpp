@@ -15,7 +15,7 @@ void DistancesInTime::evaluate(const Variables& variables, const Role& role, con
     std::copy_n(group.data() + sample * joints, joints, at);
     std::copy_n(driven.data() + sample * timed, timed, at + joints);
   }
-  const robot::Near found = among->near(positions.data(), samples.count(), reach);
+  const robot::Near found = among->near(positions.data(), samples.count(), reach, reach);
   for (std::size_t entry = 0; entry < found.count; ++entry) {
     const std::size_t sample = found.sample[entry], pair = found.pair[entry];
     const double time = when[sample], *slope = found.jacobian + entry * all;

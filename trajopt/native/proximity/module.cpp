@@ -113,15 +113,21 @@ void expect_positions(const Query& query, const Matrix<double>& positions) {
   expect(static_cast<int>(positions.shape(1)) == query.cell.robot.dofs(), "one position for each joint of the group");
 }
 
+template <class Values>
+std::vector<double> copied(const Values& values) {
+  return {values.data(), values.data() + values.size()};
+}
+
 // Rows of close pairs: sample, pair, distance, normal, point on the first body, on the second, Jacobian row.
-auto close_pairs(Query& query, const Matrix<double>& positions, const Vector<double>& reach) {
+auto close_pairs(Query& query, const Matrix<double>& positions, const Vector<double>& reach, const Vector<double>& aim) {
   expect_positions(query, positions);
-  expect(static_cast<int>(reach.shape(0)) == query.pairs(), "one reach for each pair");
+  for (const auto* each : {&reach, &aim}) {
+    expect(static_cast<int>(each->shape(0)) == query.pairs(), "one reach and one aim for each pair");
+  }
   ClosePairs found;
   {
     gil::Released released;
-    found = query.close_pairs(positions.data(), static_cast<int>(positions.shape(0)),
-                                      {reach.data(), reach.data() + reach.shape(0)});
+    found = query.close_pairs(positions.data(), static_cast<int>(positions.shape(0)), copied(reach), copied(aim));
   }
   const size_t count = found.pair.size();
   const size_t dofs = query.cell.robot.dofs();
@@ -245,7 +251,6 @@ Numpy<double> displacement(Query& query, const Matrix<double>& from, const Matri
 auto search_path(const Cell& cell, const Vector<double>& start, const Matrix<double>& goals, const Vector<double>& lower,
            const Vector<double>& upper, const Vector<double>& unit, const Vector<double>& reach, double step,
            std::int64_t looks, std::int64_t shortening, std::uint64_t seed, const nb::callable& check) {
-  const auto copied = [](const auto& values) { return std::vector<double>(values.data(), values.data() + values.size()); };
   const size_t dofs = cell.robot.dofs();
   for (const auto* each : {&start, &lower, &upper, &unit}) expect(each->shape(0) == dofs, "one number for each joint of the group");
   expect(goals.shape(1) == dofs, "one position for each joint of the group");
@@ -342,9 +347,10 @@ NB_MODULE(proximity, m) {
   nb::class_<Query, robot::RobotQuery>(m, "Query")
       .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
       .def("__init__", &make_query_for, "cell"_a, "stands_for"_a, "count"_a, nb::keep_alive<1, 2>())
-      .def("close_pairs", &close_pairs, "positions"_a, "reach"_a)
+      .def("close_pairs", &close_pairs, "positions"_a, "reach"_a, "aim"_a)
       .def("placements", &placements, "positions"_a)
       .def("displacement", &displacement, "start"_a, "end"_a)
+      .def("forget", [](Query& query) { query.tracker.forget(); })
       .def_prop_ro("bounds", [](const Query& query) { return query.tracker.work.bounds; })
       .def_prop_ro("distances", [](const Query& query) { return query.tracker.work.distances; });
 }

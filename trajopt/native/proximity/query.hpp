@@ -16,17 +16,23 @@ struct Query : robot::RobotQuery {
   int joints() const override { return cell.robot.joints(); }
   int pairs() const override { return pairs_; }
 
-  robot::Near near(const double* positions, int samples, const std::vector<double>& reach) override {
-    const ClosePairs& found = close_pairs(positions, samples, reach);
+  robot::Near near(const double* positions, int samples, const std::vector<double>& reach,
+                   const std::vector<double>& aim) override {
+    const ClosePairs& found = close_pairs(positions, samples, reach, aim);
     return {found.pair.size(), found.sample.data(), found.pair.data(), found.distance.data(), found.jacobian.data()};
   }
 
   // Near pairs by the numbers that are asked about.
-  const ClosePairs& close_pairs(const double* positions, int samples, const std::vector<double>& reach) {
-    if (stands_for_.empty()) return tracker.close_pairs(positions, samples, reach);
+  const ClosePairs& close_pairs(const double* positions, int samples, const std::vector<double>& reach,
+                                const std::vector<double>& aim) {
+    if (stands_for_.empty()) return tracker.close_pairs(positions, samples, reach, aim);
     reach_.resize(stands_for_.size());
-    for (std::size_t pair = 0; pair < reach_.size(); ++pair) reach_[pair] = reach[stands_for_[pair]];
-    found_ = tracker.close_pairs(positions, samples, reach_);
+    aim_.resize(stands_for_.size());
+    for (std::size_t pair = 0; pair < reach_.size(); ++pair) {
+      reach_[pair] = reach[stands_for_[pair]];
+      aim_[pair] = aim[stands_for_[pair]];
+    }
+    found_ = tracker.close_pairs(positions, samples, reach_, aim_);
     for (std::int64_t& pair : found_.pair) pair = stands_for_[pair];
     return found_;
   }
@@ -63,7 +69,7 @@ struct Query : robot::RobotQuery {
  private:
   std::vector<int> stands_for_;
   int pairs_;
-  std::vector<double> reach_;
+  std::vector<double> reach_, aim_;
   ClosePairs found_;
 };
 

@@ -31,12 +31,15 @@ Tracker::Tracker(const Cell& cell)
   for (const Pair& pair : cell.pairs) both_.push_back({mover(pair.first), mover(pair.second)});
 }
 
-const ClosePairs& Tracker::close_pairs(const double* positions, int samples, const std::vector<double>& reach) {
+const ClosePairs& Tracker::close_pairs(const double* positions, int samples, const std::vector<double>& reach,
+                                       const std::vector<double>& aim) {
   if (samples != samples_) {
-    samples_ = samples;
-    forget();
+    pass_on(positions, samples);
+    begin_anew(samples);
   }
+  positions_.assign(positions, positions + static_cast<size_t>(samples) * cell_.robot.dofs());
   reach_ = reach;
+  aim_ = aim;
   widen(reach);
   place_all(positions);
   found_.clear();
@@ -44,8 +47,9 @@ const ClosePairs& Tracker::close_pairs(const double* positions, int samples, con
   return found_;
 }
 
-// Samples other than last time: nothing is known of them.
-void Tracker::forget() {
+// Samples other than last time: no bound is known of them.
+void Tracker::begin_anew(int samples) {
+  samples_ = samples;
   const int stretches = (samples_ + kStretch - 1) / kStretch;
   joints_.resize(static_cast<size_t>(samples_) * cell_.robot.joints());
   places_.resize(static_cast<size_t>(samples_) * movers_);
@@ -60,6 +64,21 @@ void Tracker::forget() {
     pairs.pair = cell_.between_movers;
     pairs.reset();
   }
+}
+
+// Other samples of a motion: each takes the contacts of the one that it is nearest to.
+void Tracker::pass_on(const double* positions, int samples) {
+  const int dofs = cell_.robot.dofs();
+  std::vector<std::vector<Contact>> contacts(samples);
+  const auto apart = [&](int sample, int old) {
+    const Eigen::Map<const Eigen::VectorXd> now(positions + static_cast<size_t>(sample) * dofs, dofs);
+    return (now - Eigen::Map<const Eigen::VectorXd>(positions_.data() + static_cast<size_t>(old) * dofs, dofs)).squaredNorm();
+  };
+  for (int sample = 0, near = 0; samples_ > 0 && sample < samples; ++sample) {
+    while (near + 1 < samples_ && apart(sample, near + 1) <= apart(sample, near)) ++near;
+    contacts[sample] = contacts_[near];
+  }
+  contacts_ = std::move(contacts);
 }
 
 // Bounds hold whatever the reach is; lists of obstacles hold for those that they were made for.
@@ -184,17 +203,25 @@ double Tracker::step(int mover, int sample, int place) {
   return known;
 }
 
-// How far apart a pair is, at least. What was within reach at last, here or else at the sample before, is measured;
-// of all else it is asked first whether they are apart along the direction that is known, then their spheres and boxes.
+// How far apart a pair is, at least. Where it was nearest at last, here or else at the sample before, is carried along
+// with its bodies. What was within reach there is measured otherwise; of all else it is asked first whether they are
+// apart along the direction that is known, then their spheres and boxes.
 double Tracker::apart(Watched& pairs, size_t entry, int sample, int place) {
   const int pair = pairs.pair[entry];
   const auto [first, second] = cell_.pairs[pair];
   const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
   const double reach = reach_[pair];
-  std::uint8_t &known = pairs.known[entry], &close = pairs.close[entry];
-  const std::uint8_t here = 1 << place, before = here >> 1;
-  const bool fresh = pairs.clear[entry][place] == kNever;
-  if (!(close & here) && !(fresh && close & before)) {
+  const std::uint8_t here = 1 << place, before = here >> 1, known = pairs.known[entry], close = pairs.close[entry];
+  const bool fresh = pairs.clear[entry][place] == kNever, within = close & here || (fresh && close & before);
+  const Contact* contact = within || fresh ? kept(pair, sample) : nullptr;
+  if (contact == nullptr && fresh && close & before) contact = kept(pair, sample - 1);
+  Nearest found;
+  if (contact != nullptr && carried(*contact, sample, found)) {
+    ++work.bounds;
+    if (found.distance < reach) add_row(pair, sample, found);
+    return noted(pairs, entry, place, found);
+  }
+  if (!within) {
     const Place &at_a = at(sample, first), &at_b = at(sample, second);
     if (known & (here | before)) {
       ++work.bounds;
@@ -202,7 +229,7 @@ double Tracker::apart(Watched& pairs, size_t entry, int sample, int place) {
       const double along = narrow_.along(a, at_a, b, at_b, across);
       if (along > reach) {
         pairs.across[entry][place] = across;
-        known |= here;
+        pairs.known[entry] |= here;
         return along;
       }
     }
@@ -210,15 +237,70 @@ double Tracker::apart(Watched& pairs, size_t entry, int sample, int place) {
     const double bound = lower_bound(a, at_a, b, at_b, reach);
     if (bound > reach) return bound;
   }
-  const Nearest found = measure(pair, sample);
-  const bool beyond = found.distance > reach;
+  found = measure(pair, sample);
+  keep(pair, sample, found);
+  return noted(pairs, entry, place, found);
+}
+
+// Note whether a pair is within reach, and the direction along which it is not.
+double Tracker::noted(Watched& pairs, size_t entry, int place, const Nearest& found) {
+  const auto [first, second] = cell_.pairs[pairs.pair[entry]];
+  const std::uint8_t here = 1 << place;
+  std::uint8_t &known = pairs.known[entry], &close = pairs.close[entry];
+  const bool beyond = found.distance > reach_[pairs.pair[entry]];
   close = beyond ? close & ~here : close | here;
   known &= ~here;
-  if (beyond && narrow_.has_direction(a, b, found)) {
+  if (beyond && NarrowPhase::has_direction(cell_.bodies[first], cell_.bodies[second], found)) {
     known |= here;
     pairs.across[entry][place] = found.normal;
   }
   return std::isnan(found.distance) ? kNever : found.distance;
+}
+
+const Tracker::Contact* Tracker::kept(int pair, int sample) const {
+  for (const Contact& contact : contacts_[sample]) {
+    if (contact.pair == pair) return &contact;
+  }
+  return nullptr;
+}
+
+// Two bodies are no farther apart than their points that were nearest, and no nearer than along the direction that was
+// between these, as either body carries it: where both agree well enough, nothing is measured.
+bool Tracker::carried(const Contact& contact, int sample, Nearest& found) {
+  const auto [first, second] = cell_.pairs[contact.pair];
+  const Place &at_a = at(sample, first), &at_b = at(sample, second);
+  found.first = at_a.rotation * contact.first + at_a.centre;
+  found.second = at_b.rotation * contact.second + at_b.centre;
+  const double most = (found.second - found.first).norm(), aim = aim_[contact.pair];
+  if (!(most > aim)) return false;
+  const auto agree = [&](const Vector3& normal) {
+    found.normal = normal;
+    found.distance = narrow_.along(cell_.bodies[first], at_a, cell_.bodies[second], at_b, normal);
+    return most - found.distance <= kInexact * (found.distance - aim);
+  };
+  return agree(at_b.rotation * contact.normal_second) || agree(at_a.rotation * contact.normal_first);
+}
+
+// Keep where a pair is nearest, if the pair can be asked along a direction.
+void Tracker::keep(int pair, int sample, const Nearest& found) {
+  const auto [first, second] = cell_.pairs[pair];
+  auto& kept = contacts_[sample];
+  const auto same = [&](const Contact& contact) { return contact.pair == pair; };
+  const auto place = std::find_if(kept.begin(), kept.end(), same);
+  if (!(found.distance > aim_[pair] && found.distance <= reach_[pair]) ||
+      !NarrowPhase::has_direction(cell_.bodies[first], cell_.bodies[second], found)) {
+    if (place != kept.end()) kept.erase(place);
+    return;
+  }
+  const Place &at_a = at(sample, first), &at_b = at(sample, second);
+  const Contact contact{pair, at_a.rotation.transpose() * (found.first - at_a.centre),
+                        at_b.rotation.transpose() * (found.second - at_b.centre),
+                        at_a.rotation.transpose() * found.normal, at_b.rotation.transpose() * found.normal};
+  if (place == kept.end()) {
+    kept.push_back(contact);
+  } else {
+    *place = contact;
+  }
 }
 
 // Ask Coal; a close pair becomes a row.

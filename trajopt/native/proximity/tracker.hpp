@@ -6,7 +6,9 @@
 // holds along the path, from one sample to the next. Of a pair that was measured beyond its reach, the direction is
 // kept in which the two were apart: mostly they still are, and that is asked with one farthest point of each. Obstacles
 // are listed for stretches of consecutive samples, with a skin: a list stays good until its body has moved through it.
-// Nothing is lost by any of it: the rows are the same as without.
+// Nothing is lost by any of it: the rows are the same as without. Of a pair within reach the nearest points and the
+// direction between them are kept too, as its bodies carry them: they bound the distance from both sides, and where the
+// bounds agree well enough the lower one stands for it. It is exact at the pair's aim and below.
 #pragma once
 
 #include <array>
@@ -33,14 +35,21 @@ class Tracker {
  public:
   explicit Tracker(const Cell& cell);
 
-  // Measure every pair nearer than its reach at S configurations.
-  const ClosePairs& close_pairs(const double* positions, int samples, const std::vector<double>& reach);
+  // Find every pair nearer than its reach at S configurations. Distances up to a pair's aim are measured.
+  const ClosePairs& close_pairs(const double* positions, int samples, const std::vector<double>& reach,
+                                const std::vector<double>& aim);
+
+  // Forget everything, so that later distances above their aim do not hang on earlier calls.
+  void forget() { samples_ = 0; }
 
   Work work;
 
  private:
   static constexpr int kStretch = 8;
   static constexpr double kSkin = 0.15;
+  // A distance above the aim may be too small by this share of its excess: the nearer a row is to its bound, the more
+  // exact it is, and none loses more than a third of what it had to spare.
+  static constexpr double kInexact = 0.5;
 
   // Pairs along one stretch of samples, and what is known of them.
   struct Watched {
@@ -61,13 +70,21 @@ class Tracker {
     Watched pairs;
   };
 
+  // Where a pair was nearest when it was measured, from the bodies' centres along their axes.
+  struct Contact {
+    int pair;
+    Vector3 first, second;                // points of the bodies
+    Vector3 normal_first, normal_second;  // the direction from the first to the second, as each carries it
+  };
+
   // The movers of a pair; what stands still is one more, that never moves.
   struct Both {
     int first, second;
   };
 
   void place_all(const double* positions);
-  void forget();
+  void begin_anew(int samples);
+  void pass_on(const double* positions, int samples);
   void widen(const std::vector<double>& reach);
   void along_stretch(int begin, int end);
   bool outdated(const Neighbours& list, int mover, int begin, int end) const;
@@ -75,6 +92,10 @@ class Tracker {
   void watch(Watched& pairs, int begin, int end);
   void follow(Watched& pairs, std::size_t entry, int begin, int end);
   double apart(Watched& pairs, std::size_t entry, int sample, int place);
+  double noted(Watched& pairs, std::size_t entry, int place, const Nearest& found);
+  const Contact* kept(int pair, int sample) const;
+  bool carried(const Contact& contact, int sample, Nearest& found);
+  void keep(int pair, int sample, const Nearest& found);
   double step(int mover, int sample, int place);
   Nearest measure(int pair, int sample);
   Nearest measure_cloud(int pair, int sample);
@@ -95,7 +116,7 @@ class Tracker {
   std::vector<Both> both_;  // by pair
 
   int samples_ = 0;
-  std::vector<double> reach_;    // now
+  std::vector<double> reach_, aim_;  // now
   std::vector<double> listed_;   // the widest of each pair so far: what lists of obstacles are made for
   double longest_listed_ = 0.0;
   std::vector<pinocchio::SE3, Eigen::aligned_allocator<pinocchio::SE3>> joints_;  // by sample and joint
@@ -103,6 +124,8 @@ class Tracker {
   std::vector<double> moved_;                                                     // by sample and mover
   std::vector<Neighbours> neighbours_;                                            // by stretch and mover
   std::vector<Watched> between_;                                                  // pairs of movers, by stretch
+  std::vector<std::vector<Contact>> contacts_;                                    // by sample
+  std::vector<double> positions_;                                                 // of the samples
   // Of the stretch that is asked now: the farthest that each mover has moved, and its steps from sample to sample.
   std::vector<double> farthest_, steps_;
   std::vector<int> near_;

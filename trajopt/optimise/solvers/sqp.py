@@ -13,7 +13,7 @@ from math import ceil
 import numpy as np
 
 from trajopt.native import descent
-from trajopt.optimise.nlp import CostRows, Linearisation, Nlp
+from trajopt.optimise.nlp import CostRows, Linearisation, Nlp, Restartable
 from trajopt.optimise.solvers.descent import (
     ACCURACY,
     QP_FAILURES,
@@ -158,6 +158,8 @@ class Sqp:
             run.region = replace(run.region, radius=max(run.region.radius, WIDENED))
 
     def _begun(self, nlp: Nlp, x: Floats, sampling: Ints, progress: Progress | None) -> Descent:
+        if isinstance(nlp, Restartable):
+            nlp.restart()
         steps = step_solver(self.qp)
         limits = DescentLimits(self.max_iterations, self.relative_gain, self.absolute_gain)
         run = native_descent(self.qp, nlp, sampling, limits, progress, self.trust_region, self.penalty)

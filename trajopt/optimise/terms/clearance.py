@@ -45,7 +45,7 @@ class Clearance:
 
     def linearise(self, motion: Motion) -> Rows:
         pairs = self.reduced.pairs
-        contacts = motion.query.close_pairs(motion.positions, pairs.margin + self.activation)
+        contacts = motion.query.close_pairs(motion.positions, pairs.margin + self.activation, pairs.margin)
         if self.margin is None:
             margin = pairs.margin[contacts.pair]
         else:

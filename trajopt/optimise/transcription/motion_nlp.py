@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.geometry import Evaluator, WorkCounts
+from trajopt.geometry import Evaluator, Query, WorkCounts
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
@@ -36,6 +36,11 @@ class MotionNlp(ABC):
     @abstractmethod
     def motion(self, x: Floats, sampling: Ints) -> Motion:
         """Sample the curve."""
+
+    def restart(self) -> None:
+        """Make later linearisations independent of earlier ones, whose contacts the query keeps."""
+        if isinstance(self.query, Query):
+            self.query.forget()
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
         motion = self.motion(x, sampling)
