@@ -373,6 +373,7 @@ def test_a_suction_cup_attaches_and_detaches(cell: to.Scene) -> None:
     assert held.final_scene.holder("cup").link != "world"
     down = to.plan(task(cell, SetGripper(0.0), *stages, DetachObject("cup")))
     assert down.final_scene.holder("cup").link == "world"
+    assert ["attach cup", "detach cup"] == [each.name for each in down.stages if each.end == each.begin]
     assert down.final_scene.placement_of("cup", down.final_positions).translation[1] == pytest.approx(
         0.2, abs=2e-3
     )
