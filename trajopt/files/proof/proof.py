@@ -97,8 +97,9 @@ class MotionProof:
         Raises:
             FileFormatError: If it cannot be read.
         """
+        stated = self._parts[0]
         try:
-            found = json.loads(self._parts[0], parse_constant=_refused, object_pairs_hook=_unique)
+            found = json.loads(stated, parse_constant=_refused, object_pairs_hook=_unique)
         except (ValueError, RecursionError):
             found = None
         if not isinstance(found, dict):
@@ -161,8 +162,9 @@ class MotionProof:
         end = len(self.data) - len(witness)
         if len(self.data) > LARGEST or self.data[end - 32 : end] != hashlib.sha256(stated).digest():
             raise FileFormatError("proof", "is too long, or its SHA-256 differs")
+        document = self.statement
         try:
-            return checker.StatedProof(self.statement, witness).fault()
+            return checker.StatedProof(document, witness).fault()
         except ValueError as error:
             raise FileFormatError("proof", str(error)) from error
 
