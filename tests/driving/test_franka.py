@@ -3,7 +3,7 @@
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import pytest
 from tests.driving.streamed import Clock
 from trajopt.driving import FrankaController, StreamingExecutor, conformance
 from trajopt.values.errors import ExecutionError, MissingExtra, ProblemError, ShapeError
+from trajopt.values.trajectory import Trajectory
 
 JOINTS = tuple(f"panda_joint{i}" for i in range(1, 8))
 READY = np.array((0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785))
@@ -150,7 +151,26 @@ def driven(arm: FrankaController) -> StreamingExecutor:
     return StreamingExecutor(arm, JOINTS, tolerance=0.1, period=PERIOD, silence=5.0)
 
 
+def until(reached: Callable[[], object]) -> None:
+    deadline = time.monotonic() + 30.0
+    while not reached() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert reached()
+
+
 @pytest.mark.slow
-def test_the_executor_conforms_in_real_time(host: str) -> None:
-    with driven(FrankaController.connect(host, realtime=False)) as executor:
-        assert [str(rule) for rule in conformance(executor, time.sleep, speed=0.2) if not rule.holds] == []
+def test_a_motion_and_a_stop_over_the_wire(host: str) -> None:
+    arm = FrankaController.connect(host, realtime=False)
+    with driven(arm) as executor:
+        for side in (1.0, -1.0):  # the second after a stop
+            here = executor.committed(executor.now())[0]
+            rows, still = np.stack((here, here + 0.1 * side)), np.zeros((2, 7))
+            swing = Trajectory(JOINTS, np.array((0.0, 2.0)), rows, still, still)
+            assert executor.splice(swing, executor.now() + 0.5) == ""
+            until(lambda goal=rows[1]: np.abs(arm.measured()[0] - goal).max() < 0.03)
+            assert executor.fault() == ""
+            executor.stop()
+            assert executor.fault() == "the driver stopped the robot"
+            until(lambda: arm.error() == "the arm is not under control")
+            executor.clear_fault()
+            assert executor.fault() == ""
