@@ -65,6 +65,7 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
     bare = to.Scene(to.load("planar2"))
     post = bare.add("post", to.Cylinder(0.04, 0.4), to.placement((0.62, 0.142, 0.1)))
     floor = post.add("floor", to.Plane(), to.placement((0.0, 0.0, -0.05))).allow("floor", "base_link")
+    floor = floor.allow_contact("start", "post", "link2", first=0.1, last=0.05)
     track = to.Track.through([0.0, 0.7, 1.9], [to.placement((0.85, y, 0.14)) for y in (0.1, 0.15, 0.4)])
     moved = bare.add("ball", to.Sphere(0.04), motion=to.Prediction(track, (0.002, 0.003, 0.001)))
     moved = moved.add("late", to.Box(0.1, 0.1, 0.1), to.placement((0.72, -0.2, 0.14)), appears=0.9)
