@@ -87,7 +87,6 @@ def check(
 
 
 def _check_several(several: MotionSequence[Any], *, as_json: bool) -> NoReturn:
-    """Print the certificate of several motions, which were judged when they were read."""
     if as_json:
         found = several.certificate.as_dict() if several.verified else {"verified": False}
         typer.echo(json.dumps(found, allow_nan=False))

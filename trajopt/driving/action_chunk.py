@@ -138,7 +138,7 @@ def before_stop(times: Floats, states: Floats, end: float, last: Floats, limits:
 def joints_of(
     poses: Sequence[Placement], frame: str, begin: Floats, query: Evaluator, limits: JointLimits
 ) -> tuple[Floats, str]:
-    """Return joint positions (K, n) of poses up to the first that is not reached, and the reason for it.
+    """Return joint positions (K, n) of poses up to the first not reached, and the reason for it.
 
     Damped Gauss-Newton steps within the position limits. Source: Buss, Introduction to Inverse Kinematics
     with Jacobian Transpose, Pseudoinverse and Damped Least Squares methods, 2004, equation 11.

@@ -16,8 +16,9 @@ from trajopt.timing.time_scaling import JOLT, PathStop, StopsAlong
 from trajopt.values.arrays import Printed, Value
 
 LATER_BRAKING = (0.0, 0.2, 0.5, inf)
-"""Delays of braking that are tried if sooner stops are not proven [s]: past a box of 0.1 m at 0.5 m/s, past a
-person, or to the goal."""
+"""Delays of braking tried if sooner stops are not proven [s]: past a box of 0.1 m at 0.5 m/s, past a
+person, or to the goal.
+"""
 
 
 class PieceStatus(Enum):

@@ -140,7 +140,7 @@ class UrController:
         """Connect to an arm in remote control; arguments as for the constructor.
 
         Raises:
-            MissingExtra: If ur_rtde is not installed.
+            MissingExtra: Without ur_rtde.
             ExecutionError: If the arm does not answer.
         """
         try:
@@ -159,7 +159,6 @@ class UrController:
 
     @checked
     def command(self, positions: Floats, velocities: Floats) -> None:
-        """Send positions."""
         del velocities
         # The second and third argument, speed and acceleration, have no effect.
         if not self._connected() or not self._control.servoJ(positions.tolist(), 0.0, 0.0, *self._timing):
@@ -254,7 +253,7 @@ class FrankaController:
                 is nearer to its commands.
 
         Raises:
-            MissingExtra: If franky is not installed.
+            MissingExtra: Without franky.
             ProblemError: If a stiffness is not positive.
         """
         self._stiffness = _stiffness(stiffness)
@@ -271,7 +270,7 @@ class FrankaController:
             stiffness: As for the constructor.
 
         Raises:
-            MissingExtra: If franky is not installed.
+            MissingExtra: Without franky.
             ExecutionError: If the arm does not answer.
         """
         stiffness, franky = _stiffness(stiffness), _franky()
@@ -288,7 +287,6 @@ class FrankaController:
 
     @checked
     def command(self, positions: Floats, velocities: Floats) -> None:
-        """Set the reference of the control loop."""
         self._motion.set_reference(self._franky.JointReference(q=positions, dq=velocities))
 
     def brake(self) -> None:

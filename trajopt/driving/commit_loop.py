@@ -29,7 +29,7 @@ from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.trajectory import Trajectory
 
 ROUNDING = 1e-9
-"""A joint that is outside its limits by less than this is at its limit [rad | m]."""
+"""A joint outside its limits by less than this is at its limit [rad | m]."""
 STOP_ATTEMPTS = 3
 """Searches for a stop. The second begins later by twice the time of the first."""
 
@@ -66,7 +66,7 @@ class Commitment(Printed):
 
     @staticmethod
     def at_rest(executor: Executor, problem: Problem) -> "Commitment":
-        """Take over a robot that is at rest."""
+        """Take over a robot at rest."""
         state = executor.state()
         if np.abs(state.velocities).max() > SETTLED:
             raise ProblemError("the robot is moving; it can be taken over only at rest")
@@ -104,7 +104,6 @@ class Commitment(Printed):
         self.constrained, self.left_path_at = True, None
 
     def report_world(self, scene: Scene, stamp: float) -> None:
-        """Replace the world by a scene of the same robot."""
         self.world = self.world.updated(scene, stamp)
         self.world_changed = True
         self.journal.note(EventKind.WORLD_CHANGED)
@@ -304,7 +303,7 @@ class CommitLoop(Printed, ABC):
 
 
 def off_track(executor: Executor, committed: CommittedMotion, robot: Robot) -> str:
-    """Describe the joint that is farthest outside the tracking tolerance; empty if there is none."""
+    """Describe the joint that is farthest outside the tracking tolerance; empty if none."""
     state = executor.state()
     commanded = committed(state.stamp)[0]
     excess = np.abs(state.positions - commanded) - executor.tolerance
@@ -319,7 +318,7 @@ def off_track(executor: Executor, committed: CommittedMotion, robot: Robot) -> s
 
 
 def outside_limits(problem: Problem, executor: Executor) -> str:
-    """List the joints outside the group that are outside their limits; empty if there are none."""
+    """List the joints outside the group outside their limits; empty if none."""
     robot, reduced = problem.scene.robot, problem.reduced
     limits, start, driven = robot.limits, problem.start_positions, executor.joint_names
     found: list[str] = []

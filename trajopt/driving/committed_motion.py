@@ -1,4 +1,4 @@
-"""Committed motion: the motions to which a robot is bound, one after the other, and rest after the last."""
+"""Committed motion: the motions to which a robot is bound, in order, and rest after the last."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -160,7 +160,7 @@ class CommittedMotion:
 
     @checked
     def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:
-        """Return the rest from a time on as one motion; None if there is none."""
+        """Return the rest from a time on as one motion, or None."""
         for name in joint_names:
             if name not in self.joint_names:
                 raise JointNotFound("joint that is driven", name, self.joint_names)

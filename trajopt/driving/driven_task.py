@@ -1,4 +1,4 @@
-"""A driven task: its motions one after the other, the gripper, and new plans of the stages that remain."""
+"""A driven task: its motions in order, the gripper, and new plans of the stages that remain."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -30,8 +30,7 @@ from trajopt.values.errors import ProblemError, TrajoptError, shown
 GRIPPER_TIME = 10.0
 """Longest time of a command to the gripper [s]."""
 MOVED = 2e-3
-"""An object of a remaining stage that is farther than this from its place in the plan is planned for again
-[m]."""
+"""An object of a remaining stage farther than this from its place in the plan is planned for again [m]."""
 TURNED = 0.02
 """The same for its rotation [rad]."""
 
@@ -234,7 +233,6 @@ class DrivenTask(Printed):
             self.commitment.journal.note(EventKind.SKIPPED, f"part {name}: {why}")
 
     def _plan(self, now: float) -> None:
-        """Plan the stages that remain, from rest."""
         commitment, options = self.commitment, self.options
         self._drop_plan()
         if not self._stages:

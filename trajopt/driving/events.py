@@ -50,7 +50,7 @@ class Event(Value):
     Attributes:
         time: On the executor's clock [s].
         words: Particulars, in a sentence.
-        stage: Stages of the task that are driven, with their steps; empty without a task.
+        stage: Stages of the task, with their steps; empty without a task.
     """
 
     time: float

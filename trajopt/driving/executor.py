@@ -85,7 +85,7 @@ class Executor(Protocol):
         ...
 
     def fault(self) -> str:
-        """Return the reason why the robot does not follow; empty if it does."""
+        """Return why the robot does not follow; empty if it does."""
         ...
 
     def clear_fault(self) -> None:
@@ -152,7 +152,6 @@ class IdealExecutor:
         latency: float = 5e-3,
         clock: Callable[[], float] | None = None,
     ) -> None:
-        """Begin at rest."""
         self.joint_names, self.period, self.latency = joint_names, period, latency
         self.tolerance: Floats = np.full(len(joint_names), 1e-6)
         self.committed = CommittedMotion(joint_names, positions)

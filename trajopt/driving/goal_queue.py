@@ -1,4 +1,4 @@
-"""The goals of a supervisor, one after the other, and the motions to them."""
+"""The goals of a supervisor, in order, and the motions to them."""
 
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -103,7 +103,7 @@ class _PlanRequest(Printed):
     Attributes:
         not_before: Time of the next attempt [s]; infinite until the world changes.
         only_sooner: Whether the active motion only waits, and is replaced only by one that ends sooner.
-        lead: Time allowed for a plan from rest, in addition to that of the options [s].
+        lead: Time allowed for a plan from rest, beyond that of the options [s].
     """
 
     goal: GuardedGoal | None = None
@@ -132,7 +132,7 @@ class _NextGoal(Printed):
 
 @dataclass(eq=False)
 class GoalQueue(Printed):
-    """The goals of a supervisor, one after the other, and the motions to them."""
+    """The goals of a supervisor, in order, and the motions to them."""
 
     commitment: Commitment
     active: ActiveMotion
@@ -192,7 +192,7 @@ class GoalQueue(Printed):
         return True
 
     def withdraw(self) -> tuple[str, ...]:
-        """Drop all goals; return the waypoints that are not passed when the robot comes to rest."""
+        """Drop all goals; return the waypoints not passed when the robot comes to rest."""
         intended, pause = self.active.intended, self.active.coming_rest
         begun = intended or (None if pause is None else pause.intended)
         goal = self._request.goal or (None if begun is None else begun.goal)

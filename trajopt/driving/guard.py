@@ -67,7 +67,7 @@ class Decision(Value):
 
     Attributes:
         outcome: Kind of the committed motion; a proven stop always follows it.
-        unchanged: Actions that are committed as given.
+        unchanged: Actions committed as given.
         commanded: Committed positions at the times of the valid actions, shape (K, n) [rad | m].
     """
 
@@ -84,8 +84,8 @@ class GuardOptions:
 
     Attributes:
         lead: Time for a decision: the motion begins after this time and the executor's latency [s].
-        clearance: Distance kept in addition to the required clearances by the motion nearest to the actions,
-            for the stop after it, which is not straight [m].
+        clearance: Distance kept beyond the required clearances by the motion nearest to the actions, for the
+            stop after it, which is not straight [m].
         clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s].
     """
 
@@ -137,7 +137,7 @@ class Guard(CommitLoop):
         """Take over the robot at rest.
 
         Args:
-            constraints: Path constraints, in addition to limits and clearances.
+            constraints: Path constraints, beyond limits and clearances.
             frame: Tool of actions that are poses; the group's own if empty.
         """
         here = dict(zip(executor.joint_names, executor.state().commanded.tolist(), strict=True))
@@ -193,7 +193,7 @@ class Guard(CommitLoop):
     def act_poses(self, poses: Sequence[Placement], *, rate: float, stamp: float | None = None) -> Decision:
         """Replace the chunk of actions by poses of the tool in the world; otherwise as `act`.
 
-        The joints follow by inverse kinematics, up to the first pose that is not reached.
+        The joints follow by inverse kinematics, up to the first pose not reached.
         """
         at = self._soonest
         wanted = several("poses", poses, Placement)

@@ -189,7 +189,7 @@ class GuardedArm:
             action: Values by feature; values of joints that are not numbers stop the robot.
 
         Returns:
-            The action that is sent: the committed positions at the time of the action.
+            The action sent: the committed positions at the time of the action.
 
         Raises:
             NameNotFound: If the value of a joint is missing.

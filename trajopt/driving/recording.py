@@ -36,7 +36,7 @@ class RecordedMotion(Value):
     """A motion on the clock of the recording.
 
     Attributes:
-        trajectory: Of the group's joints; None if there is none from then on.
+        trajectory: Of the group's joints, or None from then on.
     """
 
     since: float
@@ -220,7 +220,7 @@ class Watched(Protocol):
 
     @property
     def intended(self) -> IntendedMotion | None:
-        """The motion to the goal; None if there is none."""
+        """The motion to the goal, or None."""
         ...
 
 

@@ -88,7 +88,7 @@ def _plan_in(
 def retime_on_path(
     intended: IntendedMotion, here: Problem, world: WorldSnapshot, begin: float, patience: float
 ) -> TimedOnPath | None:
-    """Return the rest of a motion with another timing on its path, proven to its end; None if there is none.
+    """Return the rest of a motion with another timing on its path, proven to its end, or None.
 
     Args:
         here: From the state of the robot when the rest begins.
@@ -104,7 +104,7 @@ def retime_on_path(
 
 
 def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: Budget) -> Trajectory | None:
-    """Return a motion back to the place where a stop led off a path; None if there is none.
+    """Return a motion back to the place where a stop led off a path, or None.
 
     The motion is proven for limits and clearances; path constraints may not hold on it.
     """

@@ -56,7 +56,7 @@ def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -
         origin: Time of the log at time 0 of the executor's clock, such as its time since 1970 [s].
 
     Raises:
-        MissingExtra: If the package `mcap` is not installed.
+        MissingExtra: Without the package `mcap`.
         ProblemError: If a time of the log would be negative.
     """
     _write(McapLog(), path, recording, origin)
@@ -73,7 +73,7 @@ def write_rerun(path: Path | str, recording: Recording, *, origin: float = 0.0) 
         origin: As for `write_mcap`.
 
     Raises:
-        MissingExtra: If the package `rerun-sdk` is not installed.
+        MissingExtra: Without the package `rerun-sdk`.
         ProblemError: If a time of the log would be negative.
     """
     _write(RerunLog(), path, recording, origin)

@@ -90,8 +90,7 @@ class ServoOptions:
 
     Attributes:
         timeout: The robot stops if its last command is older than this [s].
-        clearance: Distance kept in addition to the required clearances, for the stop, which is not straight
-            [m].
+        clearance: Distance kept beyond the required clearances, for the stop, which is not straight [m].
         linear: Largest speed of a tool on its way to a pose [m/s].
         dead_zone: Subtracted from the size of each number of a command, in its units: sticks are inexact.
         scaling: Factor on commands, after the dead zone: for a stick from -1 to 1, the speed at its end.

@@ -85,7 +85,7 @@ class ServoInput(Protocol):
     """A source of orders: a gamepad, a page in the browser, a recorded stream."""
 
     def read(self, since: float) -> Order | None:
-        """Return the order at a time since the first tick [s]; None if there is none."""
+        """Return the order at a time since the first tick [s], or None."""
         ...
 
     @property
@@ -356,7 +356,7 @@ class Gamepad:
             frame: Frame of the axes: "world", or the tool.
 
         Raises:
-            MissingExtra: If pygame-ce is not installed.
+            MissingExtra: Without pygame-ce.
         """
         # Without a window there is no focus, without which SDL ignores pads.
         os.environ.setdefault("SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS", "1")

@@ -117,7 +117,6 @@ class Braking:
         return slowest + float(self.delay.max())
 
     def bounds(self, state: Floats) -> tuple[Floats, Floats]:
-        """Return the bounds of velocities from which joints can brake before their limits."""
         limits, period = self.limits, self.period
         position, _, acceleration = state
         most, change = limits.acceleration, limits.jerk * period
@@ -164,7 +163,6 @@ class ApproachQuery:
     """Distances of a robot from its surroundings, and the allowed approach speeds."""
 
     def __init__(self, reduced: ReducedModel, braking: Braking, clearance: float) -> None:
-        """Prepare the queries."""
         timed = reduced.timed
         whole = reduced if timed is None else timed.reduced
         self.query = evaluator(whole)

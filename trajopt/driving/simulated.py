@@ -115,7 +115,7 @@ RUBBER = Friction()
 CLOSING_SPEED = 0.1
 """Speed at which the opening of a simulated gripper changes [m/s]."""
 BLOCKED = 2e-3
-"""Fingers that are farther than this behind their motion press on something [m]."""
+"""Fingers farther than this behind their motion press on something [m]."""
 PRESSING_TIME = 0.3
 """Time in which the force of the fingers builds up [s]."""
 ABOUT = 5e-3
@@ -207,15 +207,15 @@ class SimulatedExecutor:
                 limits is held there.
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m]; the
                 error of the sensors is added.
-            gripper: A gripper that is driven by `gripper` of the executor; a step of a millisecond
+            gripper: A gripper driven by `gripper` of the executor; a step of a millisecond
                 (`SimulationOptions(dt=1e-3)`) keeps objects from creeping.
-            loose: Objects that are moved by contact and friction only.
+            loose: Objects moved by contact and friction only.
             friction: Of these objects.
 
         Raises:
             ModelError: If the robot or a loose object has no mass.
             ObjectNotFound: If a loose object does not exist.
-            JointNotFound: If a fault names a joint that is not driven.
+            JointNotFound: If a fault names a joint not driven.
         """
         robot, options = world.robot, options or SimulationOptions()
         self._all = driven_joints(robot)

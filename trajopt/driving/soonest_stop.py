@@ -69,7 +69,7 @@ def soonest_stop(
         world: The world as last reported.
         here: The requirements, with the configuration of the robot at that time.
         ahead: The committed motion from that time; it ends at rest.
-        along: The earliest stop on the path of the motion; None if there is none.
+        along: The earliest stop on the path of the motion, or None.
     """
     on_path = [ahead] if along is None else [ahead, along]
     if world.stale(begin + ahead.duration):

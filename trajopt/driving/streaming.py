@@ -32,7 +32,7 @@ class PositionController(Protocol):
         ...
 
     def error(self) -> str:
-        """Return the reason why the controller does not follow; empty if it does."""
+        """Return why the controller does not follow; empty if it does."""
         ...
 
     def reset(self) -> None:
@@ -68,7 +68,7 @@ class StreamingExecutor:
         Args:
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m].
                 `conformance` reports a tolerance that is too small.
-            lag: Time by which the positions are behind the commands, in addition to a period [s].
+            lag: Time by which the positions are behind the commands, beyond a period [s].
             silence: Longest time without a tick before a fault is reported [s]; a motion does not go on
                 after it, because the robot would jump.
             clock: Returns the time, uniformly [s].

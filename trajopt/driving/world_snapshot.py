@@ -34,7 +34,7 @@ class WorldSnapshot(Value):
         return WorldSnapshot(scene, stamp)
 
     def stale(self, time: float) -> str:
-        """Describe an obstacle whose prediction ended before a time [s]; empty if there is none."""
+        """Describe an obstacle whose prediction ended before a time [s]; empty if none."""
         objects = self.scene.objects
         for name in self._changing:
             motion, since = objects[name].timing.motion, time - self.stamp

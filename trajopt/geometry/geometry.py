@@ -102,7 +102,7 @@ class BoundingBoxes:
 
     @staticmethod
     def joined(several: Sequence["BoundingBoxes"]) -> "BoundingBoxes":
-        """Return the boxes of several lists of bodies, one after the other."""
+        """Return the boxes of several lists of bodies, in order."""
         names = [each.name for each in fields(BoundingBoxes)]
         return BoundingBoxes(*(np.concatenate([getattr(each, name) for each in several]) for name in names))
 
@@ -128,7 +128,7 @@ def gap(first: Placement, shape: shapes.Shape, second: Placement, other: shapes.
 
 
 def inside_carriers(reduced: ReducedModel) -> tuple[str, ...]:
-    """Return the attached objects that are inside a link that moves with them, deeper than in contact.
+    """Return the attached objects inside a link that moves with them, deeper than in contact.
 
     No motion changes the depth, so planning and judge ignore it: an object in a closed
     finger, or in the palm.

@@ -196,7 +196,7 @@ def search_path(
         start: Shape (n,) [rad | m].
         goals: Possible ends, shape (g, n).
         space: A start or goal outside is added to it.
-        checked: Configurations that are checked before the search gives up.
+        checked: Configurations checked before the search gives up.
         shortening: Configurations that shortening may check, in each of its three passes.
         seed: Of the random numbers, at least 0: the same on every platform.
         check: Called every few milliseconds; may raise to stop.

@@ -365,7 +365,6 @@ def _rows(query: Evaluator, frame: str, reference: str, positions: Floats, free:
 
 @checked
 def read_table(path: Path | str) -> ConfigurationTable:
-    """Read a table written by `ConfigurationTable.write`."""
     try:
         if check_table_path(path) == ".npz":
             return ConfigurationTable(**_read_npz(path, ConfigurationTable))

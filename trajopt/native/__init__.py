@@ -20,7 +20,7 @@ CORES = ("proximity", "banded", "descent", "timing", "proof", "checker", "covers
 
 
 def native_cores() -> tuple[str, ...]:
-    """Return the names of the cores that are installed for this Python: all of them, or the import fails."""
+    """Return the names of the cores installed for this Python: all of them, or the import fails."""
     return tuple(core for core in CORES if _installed(core))
 
 

@@ -49,7 +49,7 @@ def plan_once(
         near: Whether the seed solved a similar problem, so that less polishing suffices.
 
     Returns:
-        The motion with its certificate, or the reason why this seed led to none.
+        The motion with its certificate, or why this seed led to none.
 
     Raises:
         SolverNotFound: If the method's name is unknown.

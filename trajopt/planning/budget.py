@@ -196,7 +196,6 @@ class BudgetTracker:
         )
 
     def add(self, counts: Mapping[str, int], seconds: Mapping[str, float]) -> None:
-        """Add the work of another thread."""
         for name, more in counts.items():
             self.counts[name] = self.counts.get(name, 0) + more
         for name, used in seconds.items():

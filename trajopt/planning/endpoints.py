@@ -70,7 +70,7 @@ class EndpointChecks:
         return replace(refusal, certainty=Certainty.PROVEN if proven else Certainty.EVIDENCE)
 
     def goals(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
-        """Return goal configurations, or the reason why there are none.
+        """Return goal configurations, or why there are none.
 
         For goals of all joints the middle comes first, others within the tolerances only if these leave room
         or the middle is refused; all others come nearest first.
@@ -188,7 +188,7 @@ class EndpointChecks:
         return replace(refusal, certainty=Certainty.PROVEN if everywhere else Certainty.EVIDENCE)
 
     def waypoints(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
-        """Return a configuration for each waypoint, or the reason why one has none."""
+        """Return a configuration for each waypoint, or why one has none."""
         work, problem, counts = self.workspace, self.workspace.problem, WorkCounts()
         if not problem.waypoint_names:
             return ()

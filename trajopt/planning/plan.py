@@ -24,7 +24,7 @@ from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import named
 
 NO_BOUNDS = Budget()
-"""The default budget: the seeds of the schedule, one after the other."""
+"""The default budget: the seeds of the schedule, in order."""
 
 
 Outcome_co = TypeVar("Outcome_co", covariant=True)
@@ -32,7 +32,7 @@ Outcome_co = TypeVar("Outcome_co", covariant=True)
 
 @runtime_checkable
 class Plannable(Protocol[Outcome_co]):
-    """Several motions that are planned together; `trajopt.tasks.Task` is one."""
+    """Several motions planned together; `trajopt.tasks.Task` is one."""
 
     def planned(
         self,
@@ -118,7 +118,7 @@ def plan(
         budget: Limits of work, time and cores, and whether to go on improving.
         cancel: Set it from another thread to stop: the best motion is returned, if there is one.
         progress: Called at every stage and step of the solver.
-        on_incumbent: Called with every verified motion that is better than the one before.
+        on_incumbent: Called with every verified motion better than the one before.
 
     Returns:
         A result; `result.require()` returns the plan or raises with the reason. Of a task a `TaskResult`.

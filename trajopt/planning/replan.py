@@ -80,7 +80,7 @@ around
 an object. If these fail, the motion is planned from scratch.
 """
 MOMENTS = 200
-"""Moments of a motion that is led elsewhere."""
+"""Moments of a motion led elsewhere."""
 BECAUSE = "what is left of the running motion is nearly what is asked"
 """Reason of planning for the method."""
 

@@ -1,4 +1,4 @@
-"""Result of planning: a verified plan, or the reason why there is none."""
+"""Result of planning: a verified plan, or why there is none."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Recalled(Value):
     seeds: tuple[Floats, ...] = ()
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold, without the paths."""
+        """Return plain JSON data, without the paths."""
         return {"version": self.version, "memories": list(self.memories)}
 
 
@@ -130,7 +130,7 @@ class Attempt:
     goal_name: str = ""
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return {
             "number": self.number,
             "kind": self.kind.name,
@@ -471,7 +471,7 @@ class Result:
         return Plan(self.problem, self.path, self.trajectory, self.judged, self.along_path)
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold; the points are the motion's, if any."""
+        """Return plain JSON data; the points are the motion's, if any."""
         trajectory = self.trajectory
         recalled = None if self.arguments is None else self.arguments.recalled
         motion: dict[str, object] = {"joint_names": list(self.problem.reduced.joint_names), "points": []}

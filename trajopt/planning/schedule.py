@@ -33,8 +33,7 @@ Round = tuple[Row, ...]
 """Rows whose seeds are tried in turn."""
 
 NEAREST = 3
-"""Goal configurations that are planned to before lines are bent; after them comes the nearest once more, with
-the
+"""Goal configurations planned to before lines are bent; after them comes the nearest once more, with the
 freedom to choose another.
 """
 

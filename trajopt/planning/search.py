@@ -41,7 +41,7 @@ class PlanSearch:
     """One call of planning.
 
     Attributes:
-        given: Knots of the paths that are tried first, shape (k, n) each.
+        given: Knots of the paths tried first, shape (k, n) each.
     """
 
     problem: Problem

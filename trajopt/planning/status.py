@@ -114,7 +114,7 @@ class OutcomeSummary(Value):
     details: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return {
             "status": self.status.name,
             "reason": self.reason,

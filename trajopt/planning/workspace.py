@@ -80,7 +80,7 @@ class PlanningWorkspace(Printed):
     def timed(self, decoded: Iterable[Decoded]) -> Iterator[MotionCandidate | RetimeFailure]:
         """Time the path of a method, nearer to the path each time another motion is needed.
 
-        A motion that is already that near is not made twice.
+        A motion already that near is not made twice.
         """
         for item in decoded:
             if item.trajectory is not None:

@@ -50,7 +50,7 @@ class MovingBase:
     Attributes:
         joints: From the world to the robot.
         name: Prefix of their names; empty for the name of the joint that they replace.
-        groups: Groups that move it, in addition to those of the SRDF.
+        groups: Groups that move it, beyond those of the SRDF.
         drift: Largest deviation of a rolling base from the planned motion [m].
     """
 
@@ -125,7 +125,7 @@ def planar_base(
         yaw: Least and largest yaw, shape (2,) [rad]; unlimited if None.
         name: The joint that they replace; needed if there are several. Without such a joint, the prefix of
             their names ("base" by default).
-        groups: Groups that move the base, in addition to those of the SRDF.
+        groups: Groups that move the base, beyond those of the SRDF.
         drift: Largest deviation of a rolling base from the planned motion, > 0 [m].
         degrees: Whether yaw, its velocity and its acceleration are in degrees.
 
@@ -168,13 +168,13 @@ def rail(
 ) -> MovingBase:
     """Make a rail: one prismatic joint between the world and the robot.
 
-    A rail that is part of the URDF is an ordinary joint and needs no base.
+    A rail part of the URDF is an ordinary joint and needs no base.
 
     Args:
         axis: Its direction in the world, shape (3,); scaled to length one.
         lower: Least travel [m], as `upper`; at zero the robot is at the origin.
         name: Name of the joint; by default that of the SRDF's virtual joint, or else "rail".
-        groups: Groups that move the robot along it, in addition to those of the SRDF.
+        groups: Groups that move the robot along it, beyond those of the SRDF.
 
     Raises:
         ShapeError: If a number is invalid, or the axis is zero.

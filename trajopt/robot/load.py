@@ -159,8 +159,8 @@ class ConfigFolder:
     """The files of a robot.
 
     Attributes:
-        srdf: MoveIt's semantic description; None if there is none.
-        limits: `joint_limits.yaml`; None if there is none.
+        srdf: MoveIt's semantic description, or None.
+        limits: `joint_limits.yaml`, or None.
     """
 
     urdf: Path

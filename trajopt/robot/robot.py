@@ -135,7 +135,7 @@ class Robot(Value):
         states: Named joint positions by (group, state).
         passive_joints: Joints without a drive.
         disabled_pairs: Link pairs never checked for collision.
-        frames: Tool frames by name, in addition to the links.
+        frames: Tool frames by name, beyond the links.
         visuals: Visual elements of all links, for viewers.
         mesh_notes: A note on the cover of each link's mesh (hull, convex pieces, exact mesh).
         notes: Sentences on skipped or reinterpreted parts of the files.
@@ -224,8 +224,8 @@ class Robot(Value):
 
         Args:
             model: Revolute, continuous and prismatic joints on a fixed base.
-            groups: Name -> joint names, or a pair (base link, tip link), in addition to those of the SRDF;
-                without either every joint is in a group named "all".
+            groups: Name -> joint names, or a pair (base link, tip link), beyond those of the SRDF; without
+                either every joint is in a group named "all".
             name: A name instead of the model's.
 
         Raises:
@@ -249,12 +249,11 @@ class Robot(Value):
     ) -> Robot:
         """Load a robot from MuJoCo's file format (MJCF).
 
-        Bodies become links, colliding geoms their collision shapes, and geoms of the world links that are
-        part of the robot. Pairs that MuJoCo does not check are not checked. A joint coupled by an equality
-        constraint becomes a mimic joint, force ranges of actuators become torque limits, and joints without
-        an actuator are in no group if others have one. Named key frames become states of the group "all".
-        Free joints are fixed at their position. `notes` lists the skipped parts. Further arguments are as for
-        `from_urdf`.
+        Bodies become links, colliding geoms their collision shapes, and geoms of the world links part of the
+        robot. Pairs that MuJoCo does not check are not checked. A joint coupled by an equality constraint
+        becomes a mimic joint, force ranges of actuators become torque limits, and joints without an actuator
+        are in no group if others have one. Named key frames become states of the group "all". Free joints are
+        fixed at their position. `notes` lists the skipped parts. Further arguments are as for `from_urdf`.
 
         Args:
             limits: MoveIt's `joint_limits.yaml`: MJCF has no velocity limits.

@@ -84,9 +84,9 @@ def approaches(
 ) -> Floats:
     """Bound how much nearer the model error brings the bodies of each pair, in any configuration.
 
-    The errors act one after the other: each joint turns or slides all that it carries as one, and moves a
-    point by at most its error times the point's distance. A joint that carries both bodies moves neither as
-    seen from the other.
+    The errors act in order: each joint turns or slides all that it carries as one, and moves a point by at
+    most its error times the point's distance. A joint that carries both bodies moves neither as seen from the
+    other.
 
     Args:
         carried: Bodies of objects on links of the robot.

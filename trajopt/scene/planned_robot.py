@@ -100,7 +100,7 @@ class Planned(Protocol[Model_co]):
 
 
 class PlannedWhole(Protocol[Model_co]):
-    """Several motions, one after the other: the result of a task, or of a pick and place."""
+    """Several motions, in order: the result of a task, or of a pick and place."""
 
     @property
     def whole(self) -> tuple[Model_co, Trajectory]:
@@ -118,7 +118,7 @@ def model_and_trajectory(
     """Return robot and motion of a plan, or of a reduced model with a trajectory.
 
     Args:
-        motion: A plan, a result that has one or several motions, or a reduced model.
+        motion: A plan, a result with one or several motions, or a reduced model.
     """
     unless_none("trajectory", trajectory, Trajectory)
     if isinstance(motion, kind):

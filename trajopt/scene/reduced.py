@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class DrivenJoints(Value):
-    """Positions of joints that are driven by time.
+    """Positions of joints driven by time.
 
     Attributes:
         coefficients: Of the joints' positions, in the time since the start of each piece, highest power

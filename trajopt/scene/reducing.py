@@ -102,7 +102,7 @@ class ReducedRobot:
     Attributes:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         anchors: Carrying joint and placement of links, tool frames and the world, by name.
-        driven: Joints that are driven by time and carry dynamic obstacles; None to leave these out.
+        driven: Joints driven by time and carry dynamic obstacles; None to leave these out.
     """
 
     model: pin.Model
@@ -461,7 +461,7 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
 
 
 class _Owners:
-    """Links and objects that own bodies; a row for each that is paired with all others."""
+    """Links and objects that own bodies; a row for each paired with all others."""
 
     def __init__(self, bodies: Sequence[FixedBody], links: frozenset[str], rules: ContactRules) -> None:
         self._links = links
@@ -544,9 +544,8 @@ class _Owners:
 def collision_model_of(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     """Fix a scene's bodies to the joints of its reduced robot.
 
-    Dynamic obstacles are included only if the robot has joints that are driven by time. An edited scene
-    shares the bodies of all unchanged objects with its predecessor, and the pairs if the edit does not affect
-    them.
+    Dynamic obstacles are included only if the robot has joints driven by time. An edited scene shares the
+    bodies of all unchanged objects with its predecessor, and the pairs if the edit does not affect them.
     """
     return _collision_models(scene).get(robot, lambda: _new_collision_model(scene, robot))
 

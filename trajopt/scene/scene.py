@@ -187,7 +187,7 @@ class Scene(Value):
         return None
 
     def placement_at(self, name: str, time: float) -> Placement:
-        """Return the placement at a time [s] of an object that is placed in the world or moves by itself.
+        """Return the placement at a time [s] of an object placed in the world or moves by itself.
 
         Args:
             time: By the clock of the scene.
@@ -428,7 +428,7 @@ class Scene(Value):
 
         Args:
             name: Prefix of the objects' ids.
-            motion: A plan, a result that has one, or a reduced model.
+            motion: A plan, a result with one, or a reduced model.
             trajectory: The motion of a reduced model; None for a plan's own.
             base: Placement of the other scene's world in this scene's world.
             start: Start of the motion on the clock of this scene; negative if it has begun [s].
@@ -558,8 +558,8 @@ class Scene(Value):
             placement: Of the object in the link's frame; or
             at: Configuration at which it is grasped at its present place; for a moving object, its place at
                 time 0.
-            touch_links: Links that may touch it, in addition to the link itself and the objects attached
-                between; as for `add`.
+            touch_links: Links that may touch it, beyond the link itself and the objects attached between; as
+                for `add`.
             mass: Its mass [kg]; if None, the mass that it was added with.
             resting_on: Objects or links that support it until it is lifted: contact is accepted
                 for the first half second of a motion, to a depth of 1 mm (`allow_contact`).

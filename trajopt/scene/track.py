@@ -178,7 +178,7 @@ class Track(Value):
         place on the track. (`Scene.with_robot_in_motion` adds a whole robot.)
 
         Args:
-            motion: A plan, a result that has one, or a reduced model.
+            motion: A plan, a result with one, or a reduced model.
             frame: Link or tool frame of that robot, or an object that it carries.
             reach: Largest distance of points that move with the frame from its origin [m].
             trajectory: The motion of a reduced model; None for a plan's own.

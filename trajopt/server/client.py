@@ -252,7 +252,7 @@ class SessionCalls(Generic[Reply]):
         """Add a measured cloud to the scene, or replace the earlier cloud of that name.
 
         Args:
-            points: Shape (n, 3) [m]; points that are not finite are skipped. None for an empty measurement.
+            points: Shape (n, 3) [m]; non-finite points are skipped. None for an empty measurement.
             radius: Of the ball of each point; the points are then in world coordinates [m].
             stamp: Time of the measurement on the sensor's clock [s]; older measurements than the newest are
                 ignored.
@@ -439,7 +439,6 @@ class Session(SessionCalls[Document]):
         self.close()
 
     def fork(self) -> "Session":
-        """Create another session with the present content of this one."""
         begun = self._send(Call("POST", f"/sessions/{self.id}/fork", {}))
         return Session(self._client, begun["session"], begun["robot"])
 

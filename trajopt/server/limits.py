@@ -94,7 +94,7 @@ class RequestRefused(TrajoptError):
         super().__init__(f"{why.value}: {reason}")
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return {"error": {"kind": self.why.value, "reason": self.reason}}
 
 

@@ -79,7 +79,7 @@ class Watch:
     """Limits, cancellation and listener of a request.
 
     Attributes:
-        attachment: Bytes of the request in addition to its arguments.
+        attachment: Bytes of the request beyond its arguments.
         driven: Whether another request drives the session's robot.
     """
 
@@ -177,7 +177,7 @@ It raises a `TrajoptError` for invalid arguments, whose message is sent to the c
 @checked
 @dataclass(frozen=True)
 class Operation(Value):
-    """An operation of the server; `attached` if it accepts bytes in addition to its arguments."""
+    """An operation of the server; `attached` if it accepts bytes beyond its arguments."""
 
     run: Run
     lane: Lane = Lane.PLANNING

@@ -14,7 +14,7 @@ from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, ToWo
 
 START = 120.0
 READ_AT_ONCE = 2**20
-"""Bytes of a worker's answer that are taken in before its reader is woken: most answers are shorter."""
+"""Bytes of a worker's answer taken in before its reader is woken: most answers are shorter."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment that keeps libraries from using the cores of other workers."""
 
@@ -32,7 +32,6 @@ class WorkerProcess:
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
     ) -> None:
-        """Take a process and the socket to it."""
         self._process, self._reader, self._writer = process, reader, writer
         self.pid, self.memory = process.pid, 0
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @checked
 @dataclass(frozen=True)
 class Flaws(Value):
-    """Flaws of a real depth camera in addition to noise.
+    """Flaws of a real depth camera beyond noise.
 
     Attributes:
         beyond: Bound of the noise [standard deviations]; infinite for an unbounded normal distribution.

@@ -80,7 +80,7 @@ def picture_spec(
 
     Args:
         shown: Points around the shown region, shape (k, 3) in the world [m].
-        loose: Name of a loose object, which becomes a mocap body; empty if there is none.
+        loose: Name of a loose object, which becomes a mocap body; empty if none.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False

@@ -71,7 +71,6 @@ class Plant:
         return self._touching()
 
     def hold(self, joint: str, *, held: bool) -> None:
-        """Hold a joint at its position, or release it."""
         place = self.model.jnt_dofadr[self.model.joint(joint).id]
         self.model.dof_damping[place] = HELD if held else 0.0
 
@@ -91,7 +90,6 @@ class Plant:
         return depths
 
     def require_masses(self) -> None:
-        """Require that every joint of the group moves a mass."""
         if self.massless:
             raise ModelError(
                 f"joint {shown(self.massless)} moves no mass, so dynamics cannot be simulated; "

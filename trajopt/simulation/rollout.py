@@ -18,7 +18,7 @@ from trajopt.values.printed import in_degrees, in_length, in_unit
 from trajopt.values.trajectory import Trajectory
 
 SAME_CONTACT = 0.02
-"""Contacts of a pair that are separated by less than this are reported as one [s]."""
+"""Contacts of a pair separated by less than this are reported as one [s]."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ class SampledMotion:
     """Positions (k, n) of a group over k >= 2 times from 0, linear between samples.
 
     Attributes:
-        loose: Name of a loose object; empty if there is none.
+        loose: Name of a loose object; empty if none.
         placements: Of the loose object in the world, k of them.
     """
 

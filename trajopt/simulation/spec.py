@@ -26,7 +26,7 @@ SMALLEST_MASS = 1e-12
 SMALLEST_INERTIA = 1e-14
 """Least principal moment of inertia [kg m^2]."""
 ROUNDING = 1e-9
-"""Share of a moment that is corrected without a note: rounding of the digits in the file."""
+"""Share of a moment corrected without a note: rounding of the digits in the file."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +230,7 @@ def add_loose(
     fingers: tuple[str, ...],
     friction: Friction,
 ) -> SpecReport:
-    """Add an object to a MuJoCo model that is moved by contact and friction only, placed in the world.
+    """Add an object to a MuJoCo model moved by contact and friction only, placed in the world.
 
     It collides with everything. Its mass is distributed uniformly over its shapes.
     """

@@ -73,7 +73,7 @@ class _Curves:
 
 
 def look_at(reduced: ReducedModel, motion: SampledMotion, aspect: float) -> Viewpoint:
-    """Choose the viewpoint of a motion that is drawn by other means; aspect is width over height."""
+    """Choose the viewpoint of a motion drawn by other means; aspect is width over height."""
     shown = in_view(reduced, motion)
     return best_viewpoint(PosedModel(reduced, motion, shown), shown, aspect)
 

@@ -28,7 +28,7 @@ the tool axis.
 ROUNDS = 6
 """Largest number of searches for an order, each with more of the true times."""
 STRIDE = 0.05
-"""Distance of the configurations that are checked on the straight way between two postures [rad | m]."""
+"""Distance of the configurations checked on the straight way between two postures [rad | m]."""
 NO_WAY = 1e3
 """Cost of a way without a motion [s]: longer than any motion, so that a tour avoids it if it can."""
 

@@ -1,4 +1,4 @@
-"""Result of a task: its motions in order with the times of its stages, or the reason why there are none."""
+"""Result of a task: its motions in order with the times of its stages, or why there are none."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -144,7 +144,7 @@ class StageRefusal(Value):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TaskResult(MotionSequence[TaskSegment]):
-    """A planned task, or the reason why there is no plan.
+    """A planned task, or why there is no plan.
 
     Attributes:
         final_scene: The scene after, with the clock at the end of the task; the scene before without a plan.
@@ -234,7 +234,7 @@ class TaskResult(MotionSequence[TaskSegment]):
         )
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold: motions, cycle times, and rejected ways."""
+        """Return plain JSON data: motions, cycle times, and rejected ways."""
         return {
             "task": self.name,
             "status": self.status.name,

@@ -126,7 +126,7 @@ class TaskState:
 
 
 Way = TaskState | StageRefusal
-"""A way to do a stage: the state after it, or the reason why it is rejected."""
+"""A way to do a stage: the state after it, or why it is rejected."""
 
 
 @runtime_checkable
@@ -144,11 +144,11 @@ class TaskStage(Protocol):
         ...
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        """Check the stage against the scene before the task, and return the objects that are held after it.
+        """Check the stage against the scene before the task, and return the objects held after it.
 
         Args:
             scene: The scene before the task.
-            held: Objects that are attached before the stage.
+            held: Objects attached before the stage.
 
         Raises:
             TrajoptError: If the stage cannot be done.
@@ -206,7 +206,7 @@ class _Level:
 
 
 def in_sequence(stages: Sequence[TaskStage], search: "TaskSearch", state: TaskState) -> Iterator[Way]:
-    """Yield the ways to do stages one after the other, by depth-first search over the ways of each.
+    """Yield the ways to do stages in order, by depth-first search over the ways of each.
 
     The motions before a stage are planned when the stage has a way.
     """
@@ -237,7 +237,7 @@ def in_sequence(stages: Sequence[TaskStage], search: "TaskSearch", state: TaskSt
 
 
 def held_objects(scene: Scene) -> frozenset[str]:
-    """Return the objects that are attached to links."""
+    """Return the objects attached to links."""
     return frozenset(name for name in scene.objects if scene.holder(name).link != WORLD)
 
 

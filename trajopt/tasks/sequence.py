@@ -1,4 +1,4 @@
-"""Several planned motions, one after the other: their times, and the whole as one motion."""
+"""Several planned motions, in order: their times, and the whole as one motion."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -103,7 +103,7 @@ Part = TypeVar("Part", bound=MotionSegment)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MotionSequence(SavedResult, Generic[Part]):
-    """Planned motions in order, or the reason why there are none."""
+    """Planned motions in order, or why there are none."""
 
     name: str
     scene: Scene

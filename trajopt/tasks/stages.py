@@ -200,7 +200,7 @@ class Dwell(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class AttachObject(Value):
-    """An object is attached to a link from now on, as by a suction cup that is switched on.
+    """An object is attached to a link from now on, as by a suction cup switched on.
 
     The next motion may begin in contact with the objects that it stands on.
 

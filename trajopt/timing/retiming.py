@@ -152,7 +152,7 @@ def retime(
         options: Tolerance of the smooth path, number of points and passes.
 
     Returns:
-        The trajectory, or the reason why none exists.
+        The trajectory, or why none exists.
 
     Raises:
         ShapeError: If limits and path have different joints, `through` contains no inner knot, a velocity or

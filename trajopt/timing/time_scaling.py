@@ -131,7 +131,7 @@ KEPT_STEPS = (5, 3, 2, 1)
 between points.
 """
 KEPT = 0.9
-"""Share of the jerk limits that is used, as a reserve for extremes between steps."""
+"""Share of the jerk limits used, as a reserve for extremes between steps."""
 
 
 @dataclass(frozen=True, eq=False)

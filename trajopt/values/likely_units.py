@@ -93,7 +93,7 @@ def warn_of_far_object(name: str, xyz: Floats) -> None:
 
 
 def warn_of_wide_mesh(name: str, vertices: Floats) -> None:
-    """Warn of a mesh that is wider than a robot cell."""
+    """Warn of a mesh wider than a robot cell."""
     width = float(np.ptp(vertices, axis=0).max(initial=0.0)) if len(vertices) else 0.0
     if width > WIDE_MESH:
         warn_of_unit(f"{name} is {width:g} m wide: were millimetres meant? Then load_mesh(path, scale=0.001)")

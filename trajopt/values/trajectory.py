@@ -121,7 +121,7 @@ class Trajectory(Value):
 
         Raises:
             JointNotFound: If a joint is missing.
-            ShapeError: If it has joints that are not named.
+            ShapeError: If it has joints not named.
         """
         if joint_names == self.joint_names:
             return self

@@ -72,7 +72,7 @@ class Check:
     kind: CheckKind = CheckKind.REQUIREMENT
 
     def as_dict(self) -> dict[str, Any]:
-        """Return JSON data; numbers that are not finite become None."""
+        """Return JSON data; non-finite numbers become None."""
         return _plain(self)
 
     @property
@@ -190,7 +190,7 @@ class Certificate:
         return tuple(check for check in self.checks if check.required and not check.holds)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return JSON data; numbers that are not finite become None."""
+        """Return JSON data; non-finite numbers become None."""
         result = {name.name: _plain(getattr(self, name.name)) for name in fields(self)}
         return {"verified": self.verified, **result}
 
@@ -279,7 +279,7 @@ def _plain(value: Any) -> Any:
 
 
 def joined(parts: Iterable[tuple[str, float, Certificate]]) -> Certificate:
-    """Return the certificate of several motions, one after the other.
+    """Return the certificate of several motions, in order.
 
     Args:
         parts: Name and begin [s] of each motion, and its certificate.

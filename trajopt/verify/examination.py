@@ -92,7 +92,7 @@ class Examination:
     """Faults of a configuration.
 
     Attributes:
-        collisions: Pairs in contact that is not accepted, or below their clearance, the worst first.
+        collisions: Pairs in contact not accepted, or below their clearance, the worst first.
         out_of_limits: Joints of the group, and their mimic joints, beyond position limits, farthest first.
     """
 

@@ -41,7 +41,7 @@ class SampledCheck(Protocol):
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Specification(Value):
-    """Requirements on a motion, in addition to clearance.
+    """Requirements on a motion, beyond clearance.
 
     The other fields are arguments of `verify`.
 

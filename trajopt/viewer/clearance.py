@@ -135,7 +135,7 @@ class ClearanceQuery:
 
 
 SAMPLES = 600
-"""Number of evenly spaced times, in addition to the trajectory's own points."""
+"""Number of evenly spaced times, beyond the trajectory's own points."""
 CLEARANCE_SAMPLES = 201
 """Times at which clearances are measured."""
 REACH = 0.3

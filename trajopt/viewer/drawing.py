@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from viser import FrameHandle, LabelHandle, LineSegmentsHandle, MeshHandle, ViserServer
 
 TRANSLUCENT = 0.35
-"""Opacity of objects that are seen through."""
+"""Opacity of objects seen through."""
 HALO = 0.3
 FLOOR_EDGE = 4.0
 """Edge of the floor grid [m]."""
@@ -492,7 +492,7 @@ def colour_of(near: Nearest) -> palette.Rgb:
 
 
 MEASURED = 24
-"""Pairs that are measured to find those with something around the robot among them."""
+"""Pairs measured to find those with something around the robot among them."""
 CLOSE = 0.03
 """Pairs of links farther apart are not marked: some links are always near each other [m]."""
 

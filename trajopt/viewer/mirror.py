@@ -1,4 +1,4 @@
-"""Mirror: a page that shows a robot that is driven elsewhere, and a publisher of a run's robot."""
+"""Mirror: a page that shows a robot driven elsewhere, and a publisher of a run's robot."""
 
 import json
 import threading
@@ -110,7 +110,6 @@ class MirrorClient:
             raise
 
     def state(self) -> RemoteState:
-        """Return the present state of the robot."""
         return state_of(self._asked("GET", "state"), len(self.robot.joint_names))
 
     def scene(self) -> Scene:
@@ -273,7 +272,6 @@ class RunPublisher:
 
     @checked
     def __init__(self, problem: Problem, *, port: int = 8090, host: str = "127.0.0.1") -> None:
-        """Start to answer."""
         self._problem, self._logbook = one_of("problem", problem, Problem), Logbook()
         self._lock, self._revision = threading.Lock(), 0
         self._told: tuple[object, float] = (None, 0.0)

@@ -47,5 +47,4 @@ STOP: Rgb = (0xE0, 0x8A, 0x00)
 
 
 def hexadecimal(colour: Rgb) -> str:
-    """Return a colour as "#rrggbb"."""
     return "#{:02x}{:02x}{:02x}".format(*colour)

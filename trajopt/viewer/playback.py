@@ -182,7 +182,7 @@ class PlayedSegment(Protocol):
 
 
 class PlannedSequence(Protocol):
-    """Several motions one after the other: the result of a task, or of a pick and place."""
+    """Several motions in order: the result of a task, or of a pick and place."""
 
     def require(self) -> Sequence[PlayedSegment]:
         """Return the motions, or raise the reason why there are none."""
@@ -207,7 +207,7 @@ def view(
     """Serve a page that shows a plan, a task, or any trajectory of a reduced model; returns immediately.
 
     Args:
-        motion: A plan, or a result that has one; the result of a task or of a pick and place; or the reduced
+        motion: A plan, or a result with one; the result of a task or of a pick and place; or the reduced
             model (robot and scene) of a trajectory.
         trajectory: The motion of the group's joints; the plan's own if None.
         port: The next free one if it is taken.
@@ -217,7 +217,7 @@ def view(
         The viewer: open its `url` in a browser; `wait()` keeps a script alive.
 
     Raises:
-        MissingExtra: If viser is not installed.
+        MissingExtra: Without viser.
         PlanningFailed: If the result has no plan.
         ProblemError: If the port cannot be opened on this host.
         ShapeError: If the trajectory moves other joints than the group's.
@@ -293,7 +293,7 @@ class Viewer(PlayedPage):
 
 
 class SequenceViewer(PlayedPage):
-    """A page that shows several motions one after the other, each in the scene of its time."""
+    """A page that shows several motions in order, each in the scene of its time."""
 
     def __init__(self, server: "GuardedServer", segments: Sequence[PlayedSegment]) -> None:
         from trajopt.simulation.sampled_motion import motion_of

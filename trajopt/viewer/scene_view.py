@@ -41,7 +41,6 @@ class SceneView:
         root: str = "",
         robot: bool = True,
     ) -> None:
-        """Draw it at time 0."""
         self._server, self._reduced = server, reduced
         self.clearance = ClearanceQuery(reduced, duration)
         self.nearest: Nearest | None = None

@@ -154,7 +154,7 @@ def moved_object(problem: Problem, name: str, direction: Floats, first: float) -
 
 
 def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> ProblemChange | None:
-    """Return the change that reduces the margin of a pair; None if that has no effect.
+    """Return the change that reduces the margin of a pair; None without effect.
 
     Only the part of a margin above the required clearance can be reduced.
     """
@@ -294,7 +294,7 @@ class Remedy:
     half: Result
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return {
             "words": self.words,
             "what": self.what,
@@ -386,6 +386,5 @@ class _Search:
 
 
 def _rounded_up(amount: float) -> float:
-    """Round up to two significant digits."""
     digit = 10.0 ** (np.floor(np.log10(amount)) - 1.0)
     return float(np.ceil(amount / digit - 1e-9) * digit)

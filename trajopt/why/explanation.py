@@ -30,7 +30,7 @@ from trajopt.why.nearest import NearestFree, conflict_at_goal, least_missed, nea
 from trajopt.why.prices import Price
 
 NAMED = 4
-"""Number of obstacles that are named; the others are counted."""
+"""Number of obstacles named; the others are counted."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -61,7 +61,7 @@ class Explanation(OutcomeSummary):
     prices: tuple[Price, ...] = ()
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return {
             **super().as_dict(),
             "blocks": [block.as_dict() for block in self.blocks],

@@ -153,7 +153,7 @@ class Price:
     seconds: float | None
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return {"what": self.what, "unit": self.unit, "objective": self.objective, "seconds": self.seconds}
 
     def __str__(self) -> str:

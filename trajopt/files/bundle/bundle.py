@@ -363,7 +363,7 @@ def read_saved(path: Path | str, *, meshes: Path | str | None = None) -> Bundle 
 
 
 def saved_of(archive: Members, meshes: Path | str | None = None) -> Bundle | Value:
-    """Return the bundle or the result that is stored in members."""
+    """Return the bundle or the result stored in members."""
     about, holds = _about(archive)
     return _result(archive, meshes) if holds is Holds.MOTIONS else _bundle(archive, about, holds, meshes)
 

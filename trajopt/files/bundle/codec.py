@@ -24,7 +24,7 @@ from trajopt.values.errors import ShapeError
 from trajopt.values.placement import as_placement
 
 SMALL = 64
-"""Most numbers of an array that is written into the document itself, for readers of the file."""
+"""Most numbers of an array written into the document itself, for readers of the file."""
 Reference = Callable[[object, str], object]
 """A value and its name in messages -> the document that refers to it; None if the value is written here."""
 ArrayOf = Callable[[str], NDArray[np.generic]]

@@ -72,7 +72,7 @@ def export(
         ProblemError: If `motion` is not a motion, or `to` is not an exporter.
         FileFormatError: If the file cannot be written.
         ShapeError: If the format cannot represent the motion's joints, or the rate is not possible.
-        MissingExtra: If the package of the format is not installed.
+        MissingExtra: Without the package of the format.
     """
     exporter = exporter_named(to) if isinstance(to, str) else to
     if not isinstance(exporter, Exporter):  # pyright: ignore[reportUnnecessaryIsInstance]

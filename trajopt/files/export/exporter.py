@@ -63,8 +63,8 @@ class ProgramSection(Value):
 
     Attributes:
         curve: The curve that the motion follows; None without one.
-        gripped: Objects that are attached to the robot at its end.
-        released: Objects that are detached from the robot at its end.
+        gripped: Objects attached to the robot at its end.
+        released: Objects detached from the robot at its end.
     """
 
     title: str
@@ -102,5 +102,5 @@ class ProgramExporter(Exporter, Protocol):
     """An exporter that writes several motions as the sections of one program."""
 
     def write_program(self, sections: Sequence[ProgramSection], path: Path, hz: float | None) -> Exported:
-        """Write motions, one after the other."""
+        """Write motions, in order."""
         ...

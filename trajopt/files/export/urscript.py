@@ -205,12 +205,10 @@ class UrProgram:
 
     @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
-        """Write one motion as a stream."""
         return self.stream.write(trajectory, path, hz)
 
     @checked
     def write_program(self, sections: Sequence[ProgramSection], path: Path, hz: float | None) -> Exported:
-        """Write motions as the sections of one program."""
         rate, lines, points = _rate(hz), list[str](), 0
         moving = [section for section in sections if _moves_arm(section)]
         if not moving:

@@ -150,7 +150,7 @@ def stamp(time: float) -> Json:
 
 
 class Log(Protocol):
-    """A log that is written to a file when it is complete."""
+    """A log written to a file when it is complete."""
 
     def add(self, topic: Topic, time: float, message: Mapping[str, Any]) -> None:
         """Add a message at a time, not negative [s]."""

@@ -248,7 +248,7 @@ class _Mismatch(Exception):
 
 
 def encode(message: object, generation: Generation = Generation.ROS2) -> Any:
-    """Return a message as plain data for JSON; numbers that are not finite become null, as in rosbridge."""
+    """Return a message as plain data for JSON; non-finite numbers become null, as in rosbridge."""
     match message:
         case float():
             return message if isfinite(message) else None

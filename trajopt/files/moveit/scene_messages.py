@@ -60,7 +60,6 @@ def attached_messages(scene: Scene) -> Mapping[str, msg.AttachedCollisionObject]
 
 
 def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene) -> msg.CollisionObject:
-    """Return an object as a message."""
     message = msg.CollisionObject(header=msg.Header(frame_id=frame), pose=pose_of(where), id=item.name)
     for shape, inner in item.parts:
         _enter(message, shape, inner)

@@ -97,7 +97,6 @@ def convex_part(body: FixedBody) -> ConvexPart | None:
 
 
 def convex_parts(reduced: ReducedModel) -> tuple[ConvexPart, ...]:
-    """Return the convex parts of a model's bodies."""
     return tuple(part for part in map(convex_part, reduced.bodies) if part is not None)
 
 
@@ -194,7 +193,7 @@ class Pairs:
 
 
 def proven_pairs(motion: JudgedMotion) -> Pairs:
-    """Return the convex parts of a model and their pairs, and the pairs of owners that are excused."""
+    """Return the convex parts of a model and their pairs, and the pairs of owners excused."""
     among, own = motion.among, int(motion.reduced.model.njoints)
     reduced, timed = among.reduced, among.timed if isinstance(among, TimedMotion) else None
     times = timed.driven.times if timed is not None and timed.driven.names else np.zeros(0)

@@ -135,7 +135,6 @@ class MotionProof:
 
     @cached_property
     def _parts(self) -> tuple[bytes, bytes]:
-        """The bytes of the statement and of the witness."""
         head = re.match(rb"proof/1 ([0-9]{1,9})\n", self.data)
         if head is None:
             raise FileFormatError("proof", "does not begin with the line 'proof/1 <bytes of the statement>'")

@@ -90,7 +90,6 @@ class StandingMotion:
         return frozenset(shapeless | carried | named | contacts)
 
     def _swept_parts(self) -> SweptParts:
-        """Return balls around the parts over intervals of time."""
         nothing = Asked((), (), ())
         stated = json.dumps(statement(self.problem, self._motion, self._pairs, nothing), allow_nan=False)
         frames: dict[str, tuple[Floats, Floats]] = {

@@ -24,9 +24,9 @@ class Asked:
     """The requirements of a proof.
 
     Attributes:
-        documents: The requirements that are part of the proof.
+        documents: The requirements part of the proof.
         shown: Intervals in which requirements of all times can be shown.
-        judged: Sentences on facts that are not part of the proof.
+        judged: Sentences on facts not part of the proof.
         times: Moments that the grid must have [s].
     """
 

@@ -105,7 +105,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class StartReport:
-    """The worker is ready, or the reason why it cannot plan."""
+    """The worker is ready, or why it cannot plan."""
 
     reason: str = ""
 

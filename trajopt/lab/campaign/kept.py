@@ -44,7 +44,7 @@ class CampaignFolder:
         """Write the problems of a campaign into a folder.
 
         Raises:
-            MissingExtra: If pyarrow is not installed.
+            MissingExtra: Without pyarrow.
             CampaignError: If the folder has a campaign already, or cannot be written.
             ModelError: If a problem contains code of the caller, which cannot be stored.
         """
@@ -121,7 +121,7 @@ class CampaignFolder:
         return np.unique(np.array(ids, dtype="S32"))
 
     def missing(self) -> Iterator[CampaignTask]:
-        """Yield the rows that have no result yet, in order."""
+        """Yield the rows without result yet, in order."""
         done = self.done()
         for task in self.tasks():
             place = int(np.searchsorted(done, task.id.encode()))

@@ -66,7 +66,7 @@ def page(found: CampaignSummary, beside: Comparison | None = None) -> str:
 
 
 def map_of(places: PlaceMap) -> str:
-    """Return the map of the places of a base as SVG: the share of all tasks and turns that is verified."""
+    """Return the map of the places of a base as SVG: the share of all tasks and turns verified."""
     shown: Floats = np.where(places.rows > 0, places.verified / np.maximum(places.rows, 1), np.nan)
     return heat_map(places.x, places.y, shown, places.best[:2])
 

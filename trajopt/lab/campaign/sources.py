@@ -94,7 +94,7 @@ def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> P
         group: For starts and goals; may be omitted if the robot has only one.
 
     Raises:
-        MissingExtra: If pyarrow is not installed.
+        MissingExtra: Without pyarrow.
         CampaignError: If the file cannot be read.
         FileFormatError: If it has neither kind of columns.
         ProblemError: If no group is named and the robot has several.

@@ -131,7 +131,7 @@ class CampaignSummary(Value):
     places: PlaceMap | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain data that JSON can hold, without the times of single rows."""
+        """Return plain JSON data, without the times of single rows."""
         groups = {"by_robot": self.by_robot, "by_family": self.by_family, "by_options": self.by_options}
         return {
             "name": self.name,
@@ -253,7 +253,7 @@ class Comparison:
     duration_ratio: Estimate | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return asdict(self)
 
 

@@ -109,7 +109,6 @@ class Radius(Value):
 
     @property
     def whole(self) -> float:
-        """All of it [m]."""
         return self.cell + self.noise + self.gap
 
     def __str__(self) -> str:

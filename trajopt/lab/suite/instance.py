@@ -176,7 +176,7 @@ def _instance(name: str, scene: Path, robot: Robot) -> Instance:
 
 
 def row(outcome: RunOutcome) -> dict[str, object]:
-    """Return an outcome as plain data that JSON can hold."""
+    """Return an outcome as plain JSON data."""
     name, number = outcome.problem.rsplit("/", maxsplit=1)
     return {
         "set": name,

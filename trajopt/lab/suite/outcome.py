@@ -112,7 +112,7 @@ class RunOutcome:
         return self.good or self.status is Status.SOLVED or not known
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold; numbers that are not finite become None."""
+        """Return plain JSON data; non-finite numbers become None."""
         plain = cast("dict[str, object]", _finite(asdict(self)))
         return plain | {
             "expected": self.expected.name,

@@ -141,7 +141,7 @@ def ending(status: Status) -> str:
 
 
 def row(outcome: RunOutcome) -> dict[str, object]:
-    """Return plain data that JSON can hold; numbers that are not finite become None."""
+    """Return plain JSON data; non-finite numbers become None."""
     return {
         "problem": outcome.problem,
         "instance": outcome.instance,

@@ -160,7 +160,7 @@ def compare(
     Raises:
         ProblemNotFound: If there is no installed problem of a name.
         SolverNotFound: If there is no method of a name.
-        MissingExtra: If a package of a method is not installed.
+        MissingExtra: Without a package of a method.
     """
     chosen = [
         method_named(item) if isinstance(item, str) else one_of("method", item, Method)

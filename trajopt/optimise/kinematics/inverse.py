@@ -1,4 +1,4 @@
-"""Inverse kinematics: configurations that hold a goal, nearest first, or the reason why there are none."""
+"""Inverse kinematics: configurations that hold a goal, nearest first, or why there are none."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -20,7 +20,7 @@ corners that retiming rounds off.
 
 
 class NarrowResult(SolveResult):
-    """A path through gaps that are too narrow for the margins."""
+    """A path through gaps too narrow for the margins."""
 
 
 @checked

@@ -112,7 +112,7 @@ class Method(Protocol):
         ...
 
     def objection(self, problem: Problem) -> str:
-        """Return the reason why the method cannot plan this problem; empty if it can."""
+        """Return why the method cannot plan this problem; empty if it can."""
         ...
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> Program:

@@ -32,7 +32,7 @@ that waits bends in time as well.
 MOST_PIECES = 4
 """Most pieces: time and memory grow with them."""
 STRETCHES = (1.0, 1.25, 1.6, 2.5)
-"""Multiples of a seed's duration that are tried in turn: room to accelerate and to let obstacles pass."""
+"""Multiples of a seed's duration tried in turn: room to accelerate and to let obstacles pass."""
 SHRINK = 0.8
 """Factor on the next duration while motions are found; after a failure, the geometric mean is tried."""
 PRECISION = 0.97

@@ -127,7 +127,7 @@ class ObstacleFunctional:
 
 
 def obstacle_functional(at: Linearisation, scale: Floats) -> ObstacleFunctional:
-    """Integrate the potential of all rows that are listed near their bounds only."""
+    """Integrate the potential of all rows listed near their bounds only."""
     value, gradient = 0.0, np.zeros_like(at.x)
     moves = np.diff(at.x, axis=0) / scale
     lengths = np.linalg.norm(moves, axis=1)

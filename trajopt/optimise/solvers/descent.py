@@ -42,7 +42,7 @@ class TrustRegion:
         return self
 
     def smaller(self) -> "TrustRegion":
-        """Return the region after a step that is not taken."""
+        """Return the region after a step not taken."""
         return replace(self, radius=self.radius * self.shrink)
 
     @property

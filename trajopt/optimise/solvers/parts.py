@@ -105,7 +105,7 @@ class Taper(Value):
 
 @dataclass(frozen=True, eq=False)
 class DistancePart(Value):
-    """factor (distance - margin) of every one of p pairs that is nearer than its reach.
+    """factor (distance - margin) of every one of p pairs nearer than its reach.
 
     Attributes:
         empty: Cost or constraint without rows; weight or bounds are one number, or one a pair.

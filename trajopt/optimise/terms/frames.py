@@ -29,7 +29,7 @@ class RelativeFrame:
     angular_jacobian: Floats
 
     def seen_from(self, places: Sequence[Placement]) -> "RelativeFrame":
-        """Return it as seen from a frame that is moved by time, placed at `places` in the reference."""
+        """Return it as seen from a frame moved by time, placed at `places` in the reference."""
         inward = np.stack([place.rotation.T for place in places])
         origin = np.stack([place.translation for place in places])
         return RelativeFrame(

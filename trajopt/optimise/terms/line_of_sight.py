@@ -31,7 +31,7 @@ THICKNESS = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class SightClearance:
-    """Distance between the line of sight and each part of each object that is near it [m].
+    """Distance between the line of sight and each part of each object near it [m].
 
     Components are numbers of parts, over all objects that count. If the line goes through a part, it is the
     negative depth by which the line must be moved aside. Objects that move are at their predicted placements

@@ -292,7 +292,7 @@ _BUILD: Mapping[type, Callable[[Any], FrameInCore]] = {
 }
 
 FRAME_TERMS = frozenset(_BUILD)
-"""Terms that have a formula in the core."""
+"""Terms with a formula in the core."""
 
 
 def _shape(shape: Region) -> tuple[descent.Shape, Floats]:

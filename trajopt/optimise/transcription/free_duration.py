@@ -25,7 +25,7 @@ TOLERANCE = 1e-3
 SHORTEST = 1e-2
 """Least duration of any motion, including one that does not move [s]."""
 ROUNDING = 1e-9
-"""Share of the duration that is left to rounding."""
+"""Share of the duration left to rounding."""
 STRETCH = 2e-3
 """Share by which a duration is lengthened per step until the torques are within their limits."""
 STRETCHES = 300

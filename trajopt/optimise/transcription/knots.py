@@ -180,8 +180,8 @@ def transcribe_covered(
 ) -> KnotsNlp | None:
     """Transcribe a problem with boxes in place of clouds, which are faster to measure; see `transcribe`.
 
-    A path that is clear of the boxes is clear of the clouds, but a free path may not be clear of the boxes.
-    None if there is no cloud that boxes can replace, or the evaluator is not the native one.
+    A path clear of the boxes is clear of the clouds, but a free path may not be clear of the boxes. None if
+    there is no cloud that boxes can replace, or the evaluator is not the native one.
     """
     _check_waypoints(problem, waypoint_knots)
     if problem.evaluator is not evaluator:

@@ -75,7 +75,7 @@ class TaperedMargins(Printed):
 class ShrunkMargins(Printed):
     """A `MarginRule` with a share of another rule's margins beyond the requirement.
 
-    Margins that are larger than the default were requested, and stay.
+    Margins larger than the default were requested, and stay.
     """
 
     margins: TaperedMargins

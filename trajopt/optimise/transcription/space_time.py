@@ -39,7 +39,7 @@ turns about a point 2.5 cm away, and for the program's tolerance.
 INTERVAL = 0.02
 """Time between checks while the robot stays at a configuration [s]: at 1 m/s obstacles move by 2 cm."""
 TOGETHER = 64
-"""Times that are checked together, to bound the memory for distances."""
+"""Times checked together, to bound the memory for distances."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -144,7 +144,7 @@ def _periodic(reduced: ReducedModel) -> Bools:
 SHARES = (0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
 """Shares of the way from start to goal at which each joint is cut."""
 CUT_BOXES = 30000
-"""Boxes that are examined, of all cuts together, before the question is left undecided."""
+"""Boxes examined, of all cuts together, before the question is left undecided."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,7 +215,7 @@ CLOSER = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class NeverApart:
-    """Two links or objects that are nearer than required in every configuration.
+    """Two links or objects nearer than required in every configuration.
 
     Attributes:
         distance: The required distance [m].
@@ -294,7 +294,7 @@ def _between(reduced: ReducedModel, pairs: Bools) -> tuple[Floats, Floats] | Non
 
 
 MOST_BOXES = 2000
-"""Boxes that are examined before it is left undecided whether all of a goal collides."""
+"""Boxes examined before it is left undecided whether all of a goal collides."""
 PROVEN_EXCESS = 1e-6
 """A smaller excess proves nothing [m | rad]."""
 

@@ -131,7 +131,7 @@ def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> floa
 
 
 def too_late(problem: Problem) -> str:
-    """Return the reason why no motion meets the deadline of a problem; empty if there is no proof.
+    """Return why no motion meets the deadline of a problem; empty if there is no proof.
 
     No joint gets from start to goal in less time than its own limits allow, and no frame moves faster than
     all joints at full speed could move it.

@@ -64,7 +64,7 @@ class Obstruction:
     end: float | None = None
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return {
             "kind": self.kind.name,
             "subjects": list(self.subjects),

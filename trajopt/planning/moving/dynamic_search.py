@@ -25,7 +25,7 @@ DETOUR = 1.5
 
 
 def planned_among_obstacles(search: PlanSearch) -> Result:
-    """Return the motion that ends soonest among dynamic obstacles, or the reason why there is none."""
+    """Return the motion that ends soonest among dynamic obstacles, or why there is none."""
     problem = search.problem
     if not goals_that_move(problem):
         return _to_resting_goal(search)
@@ -70,7 +70,7 @@ class DynamicSearch:
         self._stopped = self.static.stopped
 
     def run(self) -> Result:
-        """Try the rows of the table in turn; return the best motion, or the reason why there is none."""
+        """Try the rows of the table in turn; return the best motion, or why there is none."""
         best, tracker = self.best, self.search.tracker
         try:
             for row in DYNAMIC:

@@ -22,9 +22,9 @@ HALVINGS = 4
 MOST = 3
 """Start times of one motion to judge: an object between samples may be in the way of the first."""
 TOGETHER = 32
-"""Start times that are checked together."""
+"""Start times checked together."""
 FEW = 4
-"""Samples with an obstacle too near that are checked first for later starts: mostly it is there still."""
+"""Samples with an obstacle too near, checked first for later starts: mostly it is there still."""
 LONGEST = 60.0
 """Longest wait [s]."""
 

@@ -28,9 +28,7 @@ SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
 FINE = 4
 """Slots of a cell: the points of a motion are a few milliseconds apart, a cell twenty."""
 EVEN = 9
-"""Evenly spaced samples of a change in addition to slots: one that begins at rest stays long in the first
-slot.
-"""
+"""Evenly spaced samples of a change beyond slots: one that begins at rest stays long in the first slot."""
 SIDE = 1e-9
 """Distance of the samples on both sides of a jump of the jerk [s]."""
 TOUCH = 1e-9

@@ -27,8 +27,8 @@ class PathTime(Value):
     Attributes:
         places: Borders of the m cells along the path, as parts of its length in joint space, shape (m + 1,).
         times: Borders of the k intervals, shape (k + 1,) [s].
-        blocked: Object that is too near to the robot in each cell, as a place in `objects`; -1 for
-            none, shape (m, k).
+        blocked: Object too near to the robot in each cell, as a place in `objects`; -1 for none, shape (m,
+            k).
         objects: Names of the objects that move, appear or expire.
         chosen_times: Times along the motion, increasing, shape (j,) [s].
         chosen_places: Its place along the path at each, shape (j,).
@@ -50,7 +50,7 @@ def forbidden_times(plan: Plan | Result, *, until: float | None = None) -> PathT
     prediction error: this shows why a motion waits. Proofs are in its certificate.
 
     Args:
-        plan: The plan, or a result that has one.
+        plan: The plan, or a result with one.
         until: End of the plane [s]; when None, one and a half times the end of the motion.
 
     Raises:

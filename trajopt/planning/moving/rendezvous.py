@@ -1,4 +1,4 @@
-"""Rendezvous with a moving goal: its time, and a motion that is at rest relative to the goal then."""
+"""Rendezvous with a moving goal: its time, and a motion at rest relative to the goal then."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -39,7 +39,7 @@ SLOWER = (1.02, 1.1, 1.25, 1.5, 2.0, 3.0)
 SHARES = (0.5, 0.25, 0.1)
 """Parts of the motion at its end in which the goal is followed; smaller ones if the first is refused."""
 ATTEMPTS = 4
-"""Seeds that are attempted for each time: a straight line and three sampled paths."""
+"""Seeds attempted for each time: a straight line and three sampled paths."""
 
 
 def goals_that_move(problem: Problem) -> frozenset[str]:

@@ -18,7 +18,7 @@ keep
 half of that.
 """
 BATCH = 500
-"""Configurations that are checked together, to bound the memory for distances."""
+"""Configurations checked together, to bound the memory for distances."""
 
 
 class SampledClearance(NamedTuple):

@@ -212,7 +212,7 @@ def remarks_of(
 
 @dataclass(frozen=True)
 class _Delay:
-    """A part of a timing that is not at the full rate.
+    """A part of a timing not at the full rate.
 
     Attributes:
         cell: At whose start it rests, or is slowest first.

@@ -15,7 +15,7 @@ from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, Seed
 from trajopt.values.arrays import Floats, Value
 
 CHECKED = 20_000
-"""Configurations that are checked on one leg before a restart: most successful searches end soon."""
+"""Configurations checked on one leg before a restart: most successful searches end soon."""
 PATIENCE = 2
 """Number of searches after which their limit doubles; after twice this number it triples, and so on."""
 SHORTENED = 4_000
@@ -79,7 +79,7 @@ def sampled(
         context: Goals; the path leads to the one reached first.
         check: Called while it searches; may raise to stop.
         checked: Largest number of configurations to check on each leg.
-        kept: Part of each pair's margin that is kept, beyond the requirement.
+        kept: Part of each pair's margin kept, beyond the requirement.
     """
     query, knots = context.query(counts), context.line.knots
     places = (0, *context.line.places, len(knots) - 1)

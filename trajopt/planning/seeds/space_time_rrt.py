@@ -30,7 +30,7 @@ INTERVAL = 0.02
 ROOTS = 8
 """Goal times in the second tree at first, and branches between two further ones."""
 SHORTCUTS = 40
-"""Shortcuts that are tried."""
+"""Shortcuts tried."""
 
 
 class Exhausted(Exception):
@@ -101,7 +101,7 @@ class SpaceTimeProblem(Printed):
         return self._obstacles.clear(states[:, :-1], states[:, -1], self.kept, until=self.latest)
 
     def looks(self, first: Floats, last: Floats) -> Floats:
-        """Return the states of a straight branch that are checked, but for its first, shape (s, n + 1).
+        """Return the states of a straight branch checked, but for its first, shape (s, n + 1).
 
         Between two of them robot and obstacles approach by about a step at most.
         """

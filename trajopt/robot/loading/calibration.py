@@ -128,7 +128,6 @@ class Arm:
         return tuple(frame * nominal.inverse() for frame, nominal in pairs)
 
     def model_with(self, corrections: Chain) -> pin.Model:
-        """Return a copy of the model with displaced joints."""
         model, above = self._model.copy(), IDENTITY
         for joint, placed, correction in zip(self._ids, self._placed, corrections, strict=True):
             parent = above * _placement(self._data.oMi[model.parents[joint]])
@@ -138,7 +137,6 @@ class Arm:
         return model
 
     def description_with(self, xml: str, corrections: Chain) -> str:
-        """Return the URDF text with displaced joints."""
         root, above = ElementTree.fromstring(xml), IDENTITY
         written = {joint.get("name"): joint for joint in root.findall("joint")}
         for place, (name, correction) in enumerate(zip(self.joints, corrections, strict=True)):

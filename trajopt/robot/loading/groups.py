@@ -23,7 +23,7 @@ ALL_JOINTS = "all"
 
 @dataclass(frozen=True)
 class Group:
-    """Joints that are planned together.
+    """Joints planned together.
 
     Attributes:
         joints: Its driven joints (no mimicking, passive or fixed one), in the tree's order.

@@ -381,7 +381,7 @@ def collides(model: Any, geom: int) -> bool:
 
 
 def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str]]:
-    """Return the pairs of links that are not checked against each other.
+    """Return the pairs of links not checked against each other.
 
     Pairs without two geoms that share collision bits, pairs in `<exclude>`, and a body and its parent, as for
     any robot also if that is the fixed base.

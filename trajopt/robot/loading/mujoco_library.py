@@ -1,4 +1,4 @@
-"""MuJoCo, importable even if MUJOCO_GL names an OpenGL backend that is not installed.
+"""MuJoCo, importable even if MUJOCO_GL names an OpenGL backend not installed.
 
 MuJoCo loads that backend at import, and fails with an AttributeError; physics needs no OpenGL. All other
 modules import `mujoco` from here, on first use.

@@ -186,7 +186,7 @@ def root_placement(model: pin.Model) -> Placement:
 
 
 def placed_model(model: pin.Model, where: Placement) -> pin.Model:
-    """Return a copy of a model that is displaced as a whole."""
+    """Return a copy of a model displaced as a whole."""
     moved, change = model.copy(), pin.SE3(where.rotation, where.translation)
     for joint in range(1, moved.njoints):
         if moved.parents[joint] == 0:

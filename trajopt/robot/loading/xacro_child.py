@@ -34,7 +34,7 @@ ALLOWED = frozenset(
         *("builtins.id", "object.__getattr__", "sys._getframe", "sys._getframemodulename"),
     )
 )
-"""Audit events of an expansion, in addition to reading files."""
+"""Audit events of an expansion, beyond reading files."""
 READING = frozenset(
     ("stat", "lstat", "fstat", "scandir", "listdir", "readlink", "getcwd", "fspath", "open", "close", "read")
 )

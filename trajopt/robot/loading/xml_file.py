@@ -30,7 +30,6 @@ class _Bounded(ElementTree.TreeBuilder):
 
 
 def read_xml(path: Path, kind: str, *, root: str = "robot") -> ElementTree.Element:
-    """Return the root of an XML file of a kind, "URDF" or "SRDF" in errors."""
     return parse_xml(read_bytes(path), path, kind, root=root)
 
 

@@ -140,7 +140,7 @@ class PlanningSceneInterface:
         self._world.edit(_emptied)
 
     def remove_world_object(self, name: str | None = None) -> None:
-        """Remove an object from the world, or all objects that are not attached."""
+        """Remove an object from the world, or all objects not attached."""
         if name is not None:
             self._world.scene.object(name)
         self.add_object(msg.CollisionObject(id=name or "", operation=msg.CollisionObject.REMOVE))

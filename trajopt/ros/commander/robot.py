@@ -210,7 +210,7 @@ class RobotCommander:
         return True
 
     def get_default_owner_group(self, joint_name: str) -> str | None:
-        """Return the group of fewest links that has a joint; None if none has it."""
+        """Return the group of fewest links with a joint; None if none has it."""
         owners = [group for group in self.get_group_names() if joint_name in self.get_joint_names(group)]
         return min(owners, key=lambda group: len(self.get_link_names(group)), default=None)
 

@@ -42,7 +42,6 @@ class RobotDescription(Value):
 
     @staticmethod
     def read(urdf: Path, srdf: Path | None = None, package_dirs: Sequence[Path] = ()) -> "RobotDescription":
-        """Read the files."""
         try:
             text = expanded(urdf, {}, package_dirs).decode() if urdf.suffix == ".xacro" else urdf.read_text()
             semantic = "" if srdf is None else srdf.read_text()

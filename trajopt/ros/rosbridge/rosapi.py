@@ -72,7 +72,6 @@ class RosApi:
         }
 
     def answer(self, name: str, arguments: object) -> Reply:
-        """Answer a call of `/rosapi/NAME` with plain data."""
         service = self.services.get(name)
         if service is None:
             raise Unusable(f"there is no service /rosapi/{name}; known: {', '.join(sorted(self.services))}")

@@ -205,7 +205,7 @@ class HttpOptions(Value):
     Attributes:
         port: Port; 0 for any free one.
         token: Required as `Authorization: Bearer TOKEN`; may be empty only on a loopback address.
-        names: Accepted host names, in addition to the host.
+        names: Accepted host names, beyond the host.
     """
 
     host: str = "127.0.0.1"

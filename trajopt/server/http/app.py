@@ -111,7 +111,7 @@ VIEW_WORDS = (
 TIMEOUT = "timeout"
 """Query parameter of all requests."""
 READ = "read"
-"""The operation that has no arguments, and so no body."""
+"""The operation without arguments, and so no body."""
 VIEW = "viewer/page"
 """The operation of the 3-D page; not reachable by clients, as only the server states its address."""
 HOST_NAME = re.compile(r"[A-Za-z0-9.-]+")

@@ -144,7 +144,7 @@ class Execution:
     tip: str
 
     def refusal(self, positions: Floats) -> ExecutionOutcome | None:
-        """Return the reason why the trajectory cannot be executed now from positions [rad | m], if any."""
+        """Return why the trajectory cannot be executed now from positions [rad | m], if any."""
         here = positions[self.reduced.scene.robot.index(self.reduced.joint_names)]
         away = np.abs(self.trajectory(0.0) - here)
         worst = int(np.argmax(away))

@@ -27,7 +27,7 @@ from trajopt.values.trajectory import Trajectory
 
 Kind = TypeVar("Kind")
 ANSWERING = 0.5
-"""Time that is left for the answer when planning ends [s]: it must be there in the time of the request."""
+"""Time left for the answer when planning ends [s]: it must be there in the time of the request."""
 
 
 def robot(state: SessionState, arguments: Node, watch: Watch) -> Answer:

@@ -19,7 +19,7 @@ from trajopt.values.errors import FileFormatError, ModelError, shown
 
 
 class Forked(ABC):
-    """Something that is closed before its process forks."""
+    """Something closed before its process forks."""
 
     def __init__(self) -> None:
         self.lock = RLock()

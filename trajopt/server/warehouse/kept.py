@@ -91,7 +91,7 @@ class Entry(Value):
     fingerprint: str = field(default="", repr=False)
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
+        """Return plain JSON data."""
         return {
             "kind": self.kind.name.lower(),
             "name": self.name,

@@ -166,7 +166,7 @@ def _names(connection: sqlite3.Connection, kind: EntryKind | None) -> list[str]:
 LONGEST_NAME = 200
 """Characters of a name or a tag."""
 BUNDLED = (EntryKind.PROBLEM, EntryKind.PLAN, EntryKind.TASK)
-"""Kinds that are stored as the members of a file that `save` writes."""
+"""Kinds stored as the members of a file that `save` writes."""
 
 
 def members_of(what: Keepable, *, explained: bool) -> dict[str, bytes]:

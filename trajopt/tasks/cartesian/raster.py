@@ -19,7 +19,7 @@ BEND = np.deg2rad(20.0)
 EDGE = 1e-9
 """Distance of a row from an edge along it, so that it crosses triangles [m]."""
 MEETING = 1e-7
-"""Ends of pieces of a row that are nearer than this meet [m]."""
+"""Ends of pieces of a row nearer than this meet [m]."""
 STRAIGHT = 1e-9
 """Points nearer than this to the line between their neighbours, with equal normals, are left out [m]."""
 

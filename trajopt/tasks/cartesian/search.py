@@ -20,7 +20,7 @@ from trajopt.values.arrays import Bools, Floats, Ints, readonly
 from trajopt.values.printed import in_joint_position, in_unit
 
 LEAST = 1e-4
-"""Smallest part of a curve that is returned as a motion."""
+"""Smallest part of a curve returned as a motion."""
 POSTURES = 3
 """Random postures as targets of the drift of an arm with several redundant joints."""
 FREEST = 1e-3
@@ -378,7 +378,7 @@ def _collision(on_curve: OnCurve, s: float, blocked: _Blocked) -> StopReason:
 
 
 def untracked(on_curve: OnCurve, found: CurveTrack, rng: np.random.Generator) -> StopReason | None:
-    """Return the reason why a track ends before the curve; None if it does not.
+    """Return why a track ends before the curve; None if it does not.
 
     Args:
         rng: Draws configurations for the search of other branches.

@@ -267,8 +267,8 @@ def grasps_of(
 ) -> tuple[Grasp, ...]:
     """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
 
-    Each occurs twice, the second time with the hand turned by half a turn. Grasps that are wider than the
-    gripper are left out.
+    Each occurs twice, the second time with the hand turned by half a turn. Grasps wider than the gripper are
+    left out.
 
     Args:
         force: Of each finger [N].

@@ -121,7 +121,7 @@ def place(
     progress: Progress | None = None,
     degrees: bool = False,
 ) -> PickPlaceResult:
-    """Plan to place an object that is in the hand; other arguments are as for `pick_and_place`.
+    """Plan to place an object in the hand; other arguments are as for `pick_and_place`.
 
     Args:
         scene: Robot and objects; the object is attached to the hand.

@@ -1,4 +1,4 @@
-"""Result of picking and placing: the planned motions stage by stage, or the reason why there are none."""
+"""Result of picking and placing: the planned motions stage by stage, or why there are none."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -119,7 +119,7 @@ class Refusal:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PickPlaceResult(MotionSequence[Segment]):
-    """A planned sequence of picking, placing or both; or the reason why there is none.
+    """A planned sequence of picking, placing or both; or why there is none.
 
     Attributes:
         final_scene: The scene after: the object attached to the hand, or at its place, with the clock at 0 at
@@ -171,7 +171,7 @@ class PickPlaceResult(MotionSequence[Segment]):
         return f"{len(self.refusals)} candidates", () if self.verified else tuple(map(str, self.refusals))
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold: the motions with their times, and the rejected candidates."""
+        """Return plain JSON data: the motions with their times, and the rejected candidates."""
         begins: list[float] = list(self.timeline.begins) if self.segments else []
         return {
             "status": self.status.name,

@@ -23,7 +23,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 
 LET_GO = 0.02
-"""Default opening of the fingers at release, in addition to the opening before [m]."""
+"""Default opening of the fingers at release, beyond the opening before [m]."""
 STILL = 1e-6
 """Fingers nearer than this to their opening are not moved [rad | m]."""
 MET = "pick and place need an object at rest; reach it by plan, with a goal relative to it"

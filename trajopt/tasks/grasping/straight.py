@@ -18,7 +18,7 @@ from trajopt.values.arrays import Floats, readonly
 from trajopt.values.placement import Placement
 
 STEPS = 8
-"""Number of configurations along a line that are checked before planning."""
+"""Number of configurations along a line checked before planning."""
 JUMP = 0.6
 """A joint that moves more between two of them has changed to another branch of solutions [rad | m]."""
 KNOTS = 12

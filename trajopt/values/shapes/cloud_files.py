@@ -255,7 +255,7 @@ def read_octree(path: Path | str) -> tuple[Ints, float]:
     """Return the keys of the occupied cells at the smallest size, shape (n, 3), and that size [m].
 
     Raises:
-        MissingExtra: If octomap-python is not installed.
+        MissingExtra: Without octomap-python.
         FileFormatError: If the file is missing or malformed, or has no or too many occupied cells.
     """
     path = path_of("path", path)

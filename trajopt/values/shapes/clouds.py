@@ -189,7 +189,7 @@ class Voxels(Value):
             path: A `.bt` or `.ot` file of OctoMap.
 
         Raises:
-            MissingExtra: If octomap-python is not installed.
+            MissingExtra: Without octomap-python.
             FileFormatError: If the file is missing, malformed, of another format, or has no occupied cell.
         """
         from trajopt.values.shapes.cloud_files import read_octree

@@ -121,7 +121,6 @@ def cross(one: Interval, other: Interval) -> Interval:
 
 
 def dot(one: Interval, other: Interval) -> Interval:
-    """Bound inner products over the last axis."""
     return (one * other).sum()
 
 

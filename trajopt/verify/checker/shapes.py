@@ -61,7 +61,6 @@ class Frustum:
     length: float
 
     def support(self, direction: Interval) -> Floats:
-        """Bound the largest inner product of its points with directions (m, 3) from above, (m,) [m]."""
         across = direction[..., :2].norm()
         along = direction[..., 2] * exactly(self.length / 2.0)
         ends = (across * exactly(self.bottom) - along, across * exactly(self.top) + along)
@@ -69,7 +68,6 @@ class Frustum:
 
     @property
     def sphere(self) -> tuple[Floats, float]:
-        """Centre and radius of a sphere around it [m]."""
         corner = exactly((max(self.bottom, self.top), self.length / 2.0))
         return np.zeros(3), float(corner.norm().high)
 

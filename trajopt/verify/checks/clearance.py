@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _PROBES = 17
 _FOLLOWED = 8
-"""Number of pairs in contact that are followed to their deepest contact."""
+"""Number of pairs in contact followed to their deepest contact."""
 _DEEPER = 5e-6
 """Difference of depth at which one contact replaces another: the resolution of depths [m]."""
 

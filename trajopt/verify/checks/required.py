@@ -150,7 +150,7 @@ def _zoom(
 
 Required = TypeVar("Required")
 _SHORTEST = 1e-6
-"""Duration that is examined for a part whose two ends coincide [s]."""
+"""Duration examined for a part whose two ends coincide [s]."""
 
 
 def part_checks(

@@ -78,7 +78,7 @@ class Windows:
 
 @dataclass(frozen=True)
 class Contact:
-    """A measured contact that is not accepted, or a pair below its clearance.
+    """A measured contact not accepted, or a pair below its clearance.
 
     Attributes:
         time: Time of the measurement [s].

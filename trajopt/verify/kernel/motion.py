@@ -175,7 +175,6 @@ class JudgedMotion:
 
     @property
     def duration(self) -> float:
-        """Duration of the trajectory [s]."""
         return self.trajectory.duration
 
     @property

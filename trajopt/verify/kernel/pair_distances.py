@@ -96,7 +96,7 @@ def _meant(scene: Scene, world: Set[str], one: str, other: str) -> tuple[PairKin
 
 
 def _of_the_world(scene: Scene) -> frozenset[str]:
-    """Return the links and objects that are fixed in the world.
+    """Return the links and objects fixed in the world.
 
     An object is, unless a joint of the robot moves it; a link, if it is the ancestor of no joint and no link
     with a shape lies between it and the root, which itself has none.

@@ -125,7 +125,7 @@ DEGREES, MILLIMETRES = "°", "mm"
 
 
 class GoalPanel:
-    """Controls of the goal, in addition to the gizmo."""
+    """Controls of the goal, beyond the gizmo."""
 
     def __init__(
         self,

@@ -144,7 +144,7 @@ STARTS = 8
 SPATIAL = 6
 """Number of joints from which a hand can usually take any orientation."""
 NAMED = 3
-"""Number of reasons that are named; the others are counted."""
+"""Number of reasons named; the others are counted."""
 UNCHANGING = 1.0
 """Duration of the motion that represents a posture in clearance queries [s]."""
 

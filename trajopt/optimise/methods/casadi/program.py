@@ -85,7 +85,7 @@ class KnotLayout(Protocol):
 
 
 class Plain:
-    """The free knots are the variables, one after the other."""
+    """The free knots are the variables, in order."""
 
     def __init__(self, lower: Floats, upper: Floats) -> None:
         self._lower, self._upper = lower, upper

@@ -38,7 +38,7 @@ GENERAL: Mapping[str, str] = {
     "quadprog": "quadprog",
     "scs": "scs",
 }
-"""Backends that are driven through qpsolvers, and the package of each; in the extra `qp` but for `GPL`."""
+"""Backends driven through qpsolvers, and the package of each; in the extra `qp` but for `GPL`."""
 GPL = ("quadprog",)
 """Backends under the GPL, in the extra `qp-gpl`: whoever distributes an environment has to know."""
 

@@ -38,7 +38,7 @@ ANSWERING = 0.5
 """Time reserved for the answer after planning [s], within the time limit of the request."""
 
 HEEDED = ("planner_id", "pipeline_id", "num_planning_attempts")
-"""Fields that are ignored in files, but not in requests."""
+"""Fields ignored in files, but not in requests."""
 SHORTEST = 1e-3
 """Least planning time of the first attempt [s]."""
 

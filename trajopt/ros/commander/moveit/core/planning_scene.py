@@ -61,7 +61,7 @@ class PlanningScene(InPart):
         self._interface().apply_planning_scene(PlanningSceneMessage(is_diff=True, world=msg))
 
     def remove_all_collision_objects(self) -> None:
-        """Remove all objects that are not attached."""
+        """Remove all objects not attached."""
         self._interface().remove_world_object()
 
     def is_state_colliding(
