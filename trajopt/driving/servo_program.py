@@ -222,7 +222,7 @@ class ApproachQuery:
 def settle(
     task: VelocityTask, approach: ApproachLimits, lower: Floats, upper: Floats, limits: JointLimits
 ) -> Floats | None:
-    """Return the velocities between bounds (n,) that follow a task best; None if there is no solution."""
+    """Return the velocities between bounds (n,) that follow a task best; None without a solution."""
     middle, joints = (lower + upper) / 2.0, len(lower)
     matrix = np.concatenate((task.matrix, np.diag(1.0 / limits.velocity)))
     value = matrix @ middle - np.concatenate((task.target, np.zeros(joints)))

@@ -198,7 +198,7 @@ def undisturbed(problem: Problem, *, tolerance: float = TOLERANCE) -> Trajectory
     Unlike `plan` it keeps a margin for the tracking error [rad | m].
 
     Raises:
-        PlanningFailed: If there is no plan.
+        PlanningFailed: Without a plan.
     """
     driven = driven_joints(problem.scene.robot)
     guard = guard_within(problem, driven, np.full(len(driven), tolerance))

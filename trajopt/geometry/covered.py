@@ -84,7 +84,7 @@ def _box(edges: Floats) -> coal.CollisionGeometry:
 
 
 def covered_query(reduced: ReducedModel, counts: WorkCounts, ends: Floats) -> Evaluator | None:
-    """Return a query in which boxes replace clouds; None if there is no cloud at rest that boxes can replace.
+    """Return a query in which boxes replace clouds; None without a cloud at rest that boxes can replace.
 
     Its pairs are the model's, and no distance is larger than theirs.
 

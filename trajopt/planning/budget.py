@@ -38,7 +38,7 @@ class Budget:
     Attributes:
         seconds: Time by `clock` [s]. The answer then depends on the machine.
         work: Configurations to evaluate at most: an exact number, so that the answer is the same everywhere.
-        attempts: Largest number of seeds; 1 is the straight line to the nearest goal configuration alone.
+        attempts: Most seeds; 1 is the straight line to the nearest goal configuration alone.
         workers: Threads that attempt seeds, once the straight line has failed (with `improve`: has been
             attempted). The answer is the same for any number.
         improve: Whether to use up the budget after the first motion, and return the fastest.

@@ -98,15 +98,15 @@ def plan(
 
     Among objects that move, appear and expire the motion may begin later, stop or slow down on its way, or go
     around their paths; the fastest of these is returned. If a deadline is missed (`problem.finish_by`) and no
-    method is named, shape and time are optimised together as well.
+    method is named, shape and time are optimised together too.
 
     Args:
         problem: A problem, or a task (`trajopt.tasks.Task`), which takes only `improve`, `seconds`, `rng`,
             `budget`, `cancel` and `progress`.
         method: A method or its name ("chomp"). When None sequential QP over knots, or for a start in motion
             the method that supports it; the result names it.
-        improve: Whether to optimise shape and time together as well ("free-duration"), which takes a few
-            times as long to plan. The result reports both durations.
+        improve: Whether to optimise shape and time together too ("free-duration"), which takes a few times as
+            long to plan. The result reports both durations.
         every_goal: Whether all goals of a set are planned to, and the results kept (`result.of_each_goal`);
             the plan is the fastest. A budget's seconds and work are shared out among the goals.
         seeds: Paths to begin with, the best first: each is moved so that it leads from the start to the goal,

@@ -265,7 +265,7 @@ class Plan:
         return "\n".join([*lines, f"  judged       {self.certificate.verdict}"])
 
     def require(self) -> Plan:
-        """Return this plan: functions that take a result take a plan as well."""
+        """Return this plan: functions that take a result take a plan too."""
         return self
 
     @checked
@@ -438,7 +438,7 @@ class Result:
         """Joint -> position of all joints at the end of the plan [rad | m].
 
         Raises:
-            PlanningFailed: If there is no plan; carries this result.
+            PlanningFailed: Without a plan; carries this result.
         """
         return self.require().final_state
 

@@ -234,7 +234,7 @@ class PlanningWorkspace(Printed):
 
         Args:
             certainty: Proven by default if the motion is verified.
-            path: The path, if there is no motion.
+            path: The path, without a motion.
             motion: The motion; its path and remarks are the result's.
             stopped: Reason for ending planning early.
         """

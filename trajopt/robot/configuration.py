@@ -38,8 +38,8 @@ def stated_configuration(
 ) -> Floats:
     """Return the positions of all joints in a configuration, shape (number of joints,) [rad | m].
 
-    Joints that are not named are at the position nearest to zero inside their limits. Numbers for all joints
-    are in the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
+    Joints not named are at the position nearest to zero inside their limits. Numbers for all joints are in
+    the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
 
     Args:
         name: Of the argument, for errors.

@@ -324,10 +324,10 @@ class Robot(Value):
         """Return positions of all joints.
 
         Args:
-            values: Joint -> position [rad | m], or the name of a state. Joints that are not named are at
-                the position nearest to zero inside their limits; mimic joints follow. If only a
-                mimic joint is named, the joint that it follows is adjusted. Positions of mimic
-                joints in a named state are ignored, as in MoveIt.
+            values: Joint -> position [rad | m], or the name of a state. Joints not named are at the position
+                nearest to zero inside their limits; mimic joints follow. If only a mimic joint is named, the
+                joint that it follows is adjusted. Positions of mimic joints in a named state are ignored, as
+                in MoveIt.
             group: The group of the named state; any group that has it if None.
             degrees: Whether positions of revolute joints are in degrees; named states are always in radians.
 
@@ -336,7 +336,7 @@ class Robot(Value):
 
         Raises:
             JointNotFound: If a name is not a movable joint.
-            StateNotFound: If there is no named state of that name.
+            StateNotFound: Without a named state of that name.
         """
         result = np.clip(np.zeros(len(self.joint_names)), self.limits.lower, self.limits.upper)
         _ = unless_none("group", group, str), one_of("degrees", degrees, bool)

@@ -14,7 +14,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import IDENTITY, WORLD, Placement
 
 STEPS = 50
-"""Largest number of Newton steps to undistort; common lenses need five."""
+"""Most Newton steps to undistort; common lenses need five."""
 EXACT = 1e-10
 """Tolerance of undistortion in units of the focal length: below a millionth of a pixel."""
 
@@ -124,7 +124,7 @@ STRAIGHT = Lens()
 Singles: TypeAlias = NDArray[np.float32]
 """Single-precision coordinates: depths are known to a tenth of a millimetre at best."""
 MOST_PIXELS = 1 << 26
-"""Largest number of pixels of an image."""
+"""Most pixels of an image."""
 BEYOND = 1.05
 """Magnification is evaluated at pixels; between them it differs by far less than this share."""
 

@@ -139,7 +139,7 @@ class Service:
 
     @checked
     async def keep(self, session: ServiceSession) -> None:
-        """Have a session be there after a restart as well, changed or not; without a warehouse it cannot."""
+        """Have a session be there after a restart too, changed or not; without a warehouse it cannot."""
         if self._keeper is not None:
             await self._keeper.keep(session, session.scene, session.positions)
             await self._forgotten()

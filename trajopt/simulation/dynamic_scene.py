@@ -157,9 +157,9 @@ class Presence:
 CONE_TOLERANCE = 5e-6
 """Largest distance of the pyramid around a cone from it [m]."""
 MOST_CONE_SIDES = 512
-"""Largest number of sides of that pyramid; reached at a radius of 13 cm."""
+"""Most sides of that pyramid; reached at a radius of 13 cm."""
 MOST_OF_CLOUD = 5_000
-"""Largest number of spheres or cubes of a cloud; MuJoCo checks each of them in every step."""
+"""Most spheres or cubes of a cloud; MuJoCo checks each of them in every step."""
 HALF_SPACE_EDGE = 40.0
 """Edge of the box that replaces a half-space on a moving body [m]."""
 

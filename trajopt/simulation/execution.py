@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from trajopt.simulation.plant import Plant
 
 MOST_STEPS = 1_000_000
-"""Largest number of steps: about a minute and 0.5 GB."""
+"""Most steps: about a minute and 0.5 GB."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 
 MOST_SAMPLES = 100_000
-"""Largest number of samples of a planned motion."""
+"""Most samples of a planned motion."""
 MOST_PICTURES = 100_000
 
 

@@ -31,7 +31,7 @@ STEEPER = 0.1
 MOMENTS = 12
 """Times at which the robot is rated; each has an equal share of the pieces of the tool paths."""
 PIECES = 10
-"""Least number of pieces of the robot's lines per half the size of the shown region."""
+"""Fewest pieces of the robot's lines per half the size of the shown region."""
 THICKNESS = 0.1
 """Parts of the robot closer to a piece than this share of the robot's length do not hide it: they are the
 link itself, the

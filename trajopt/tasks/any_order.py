@@ -26,7 +26,7 @@ POSTURES = 12
 the tool axis.
 """
 ROUNDS = 6
-"""Largest number of searches for an order, each with more of the true times."""
+"""Most searches for an order, each with more of the true times."""
 STRIDE = 0.05
 """Distance of the configurations checked on the straight way between two postures [rad | m]."""
 NO_WAY = 1e3

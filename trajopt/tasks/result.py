@@ -180,7 +180,7 @@ class TaskResult(MotionSequence[TaskSegment]):
         """Return the part of the task in which an object is picked and placed last, for `simulate_handling`.
 
         Raises:
-            PlanningFailed: If there is no plan.
+            PlanningFailed: Without a plan.
             NameNotFound: If no stage picks the object.
         """
         segments = self.require()

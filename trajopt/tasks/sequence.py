@@ -125,7 +125,7 @@ class MotionSequence(SavedResult, Generic[Part]):
         """Return the motions.
 
         Raises:
-            PlanningFailed: If there is no verified plan; carries this result.
+            PlanningFailed: Without a verified plan; carries this result.
         """
         if not self.verified:
             raise PlanningFailed(str(self.explain()), self)

@@ -18,7 +18,7 @@ from trajopt.values.arrays import Floats, Ints
 SHUFFLED = 8
 """Number of consecutive groups that a restart shuffles, each with a random node."""
 KICKS = 60
-"""Smallest number of restarts from the best tour; with more groups one for each."""
+"""Fewest restarts from the best tour; with more groups one for each."""
 GAIN = 1e-9
 """Smallest improvement that counts [s]."""
 
@@ -47,7 +47,7 @@ class Tours:
         """Return the best tour found, one node of each group in order.
 
         Args:
-            kicks: Smallest number of restarts; one for each group if that is more.
+            kicks: Fewest restarts; one for each group if that is more.
         """
         first = self.nearest_neighbour()
         best = self._improved(first, self.groups[first])

@@ -278,7 +278,7 @@ class Rows(Value):
 
     Attributes:
         value: Residuals, shape (m,).
-        jacobian: Derivatives with respect to the knots of the stencil, shape (m, k, n).
+        jacobian: Derivatives by the knots of the stencil, shape (m, k, n).
         component: Component of the residual, or pair, of each row, shape (m,).
         place: Location of each row along the motion, in knots, shape (m,).
     """

@@ -13,7 +13,7 @@ ROUNDING = 1e-9
 PRINTED_UNITS = {"m": ("mm", 1e3), "rad": ("deg", float(np.degrees(1.0)))}
 """Unit -> printed unit and factor, for metres and radians."""
 LONGEST_LINE = 200
-"""Largest number of characters on a printed line."""
+"""Most characters on a printed line."""
 
 
 def in_length(metres: float) -> str:

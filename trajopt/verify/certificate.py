@@ -159,7 +159,7 @@ class Certificate:
 
     Attributes:
         clearance: Proven lower bound of all pair distances, at all times without accepted contact [m].
-            Without a proof, the smallest measured distance. Infinite if there are no pairs.
+            Without a proof, the smallest measured distance. Infinite without pairs.
         at_fault: The clearance while the robot moves a body of the pair: an obstacle that approaches a link
             at rest is not its fault. Equals `clearance` in a static scene [m].
         pairs: Pairs that come close, nearest first.

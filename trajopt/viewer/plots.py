@@ -324,7 +324,7 @@ def _draw_cut(
 
 
 PANELS = 6
-"""Largest number of problems with a panel of their own."""
+"""Most problems with a panel of their own."""
 HELD = 1e-6
 """Violations below this are drawn here: zero has no logarithm."""
 DASHES = ("-", "--", ":", "-.")

@@ -263,7 +263,7 @@ def joint_moves(problem: Problem, moved: Floats) -> str:
 
 
 MOST = 3
-"""Largest number of remedies."""
+"""Most remedies."""
 DOUBLINGS = 4
 """Number of doublings of an insufficient amount."""
 HALVINGS = 8

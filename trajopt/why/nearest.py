@@ -281,7 +281,7 @@ def conflict_at_goal(problem: Problem, blocks: Sequence[Obstruction]) -> tuple[s
 
     Joint limits and the robot's clearance from itself always count. The deletion filter of
     `trajopt.planning.seeds.conflicting`, with obstacles among the deleted items. Empty if other parts of the
-    scene block the goal as well.
+    scene block the goal too.
 
     Args:
         blocks: Contacts at the goal, the most likely obstacles first.

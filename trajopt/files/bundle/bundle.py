@@ -52,7 +52,7 @@ _ARGUMENTS = (
     "custom_method",
 )
 MOST_VALUES = 500_000
-"""Largest number of values in a document; ten thousand boxes in a scene have about 350,000."""
+"""Most values in a document; ten thousand boxes in a scene have about 350,000."""
 _NO_FOLDER = Path("/nonexistent")  # placeholder for meshes that were not unpacked
 VALUE = "value.json"
 

@@ -46,7 +46,7 @@ memory
 """
 _TYPES = ("<f8", "<i8", "<i4", "|b1")
 MOST_MEMBERS = 20_000
-"""Largest number of members; each object of a large scene has several arrays."""
+"""Most members; each object of a large scene has several arrays."""
 ARRAYS = "arrays/"
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}(/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99})?")
 _PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}

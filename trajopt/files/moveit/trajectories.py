@@ -355,7 +355,7 @@ def read_table(path: Path | str) -> Trajectory:
     """Read a table: `time` [s], and `position_NAME`, `velocity_NAME` and `acceleration_NAME` of each joint.
 
     Columns may have any order; the joints follow the order of the position columns. Accelerations, or
-    velocities and accelerations, may be omitted for all joints.
+    velocities and accelerations, optional for all joints.
     """
     try:
         lines = [line for line in csv.reader(io.StringIO(read_text(path)), strict=True) if line]

@@ -55,7 +55,7 @@ class EnginePool(Protocol):
 
     @property
     def workers(self) -> int:
-        """Largest number of workers."""
+        """Most workers."""
         ...
 
     @property

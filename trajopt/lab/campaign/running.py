@@ -22,8 +22,8 @@ FIRST, MOST = 2, 2000
 LEAST_SECONDS = 0.25
 """Least work of a block [s]: below that its overhead dominates."""
 SHARE = 4
-"""Least number of remaining blocks for each worker, so that all end simultaneously. Source:
-Polychronopoulos and Kuck, Guided self-scheduling, 1987.
+"""Fewest remaining blocks for each worker, so that all end simultaneously. Source: Polychronopoulos and
+Kuck, Guided self-scheduling, 1987.
 """
 LOSSES = 5
 """Lost machines after which a single problem counts as their cause."""

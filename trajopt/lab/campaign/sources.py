@@ -91,7 +91,7 @@ def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> P
 
     Args:
         around: The robot; or, for starts and goals, the scene.
-        group: For starts and goals; may be omitted if the robot has only one.
+        group: For starts and goals; optional if the robot has only one.
 
     Raises:
         MissingExtra: Without pyarrow.

@@ -37,7 +37,7 @@ class Clustering(Value):
     Attributes:
         gap: Points closer than this are always in one cluster; points farther apart than four times this are
             not, unless others connect them [m].
-        least: Least number of points of a cluster: smaller ones are mostly noise.
+        least: Fewest points of a cluster: smaller ones are mostly noise.
         upright: Whether boxes are upright, like things on a table; otherwise they have the smallest volume.
     """
 

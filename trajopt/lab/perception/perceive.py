@@ -73,7 +73,7 @@ class Cloud(Value):
 Measured = DepthImage | PointCloud
 M = TypeVar("M", DepthImage, Measured)
 MOST_CELLS = 1 << 24
-"""Largest number of cells of a workspace for unseen space: 256 along each side."""
+"""Most cells of a workspace for unseen space: 256 along each side."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 
 MOST_CELLS_ACROSS = 1 << 20
-"""Largest number of cells to each side of the world's origin: three such numbers fit into one."""
+"""Most cells to each side of the world's origin: three such numbers fit into one."""
 
 
 @checked

@@ -154,12 +154,12 @@ def compare(
     Args:
         problems: By name; or a sequence of problems or names of installed ones.
         methods: Methods, or names of installed ones.
-        attempts: Largest number of seeds; all methods get the same ones in the same order.
+        attempts: Most seeds; all methods get the same ones in the same order.
         cpu_seconds: CPU time after which no further seed is tried [s].
 
     Raises:
-        ProblemNotFound: If there is no installed problem of a name.
-        SolverNotFound: If there is no method of a name.
+        ProblemNotFound: Without an installed problem of a name.
+        SolverNotFound: Without a method of a name.
         MissingExtra: Without a package of a method.
     """
     chosen = [

@@ -112,7 +112,7 @@ def choose(problem: Problem, method: Method | str | None, *, improve: bool = Fal
 
     Args:
         method: None leaves the choice to the problem.
-        improve: Whether shape and time of each path are to be optimised together as well.
+        improve: Whether shape and time of each path are to be optimised together too.
 
     Raises:
         SolverNotFound: If the name is unknown.

@@ -26,8 +26,7 @@ SMOOTH = (Velocity, Acceleration, Jerk)
 """Terms that make a motion short and smooth."""
 PIECES, PIECES_AMONG_CHANGES = 1, 2
 """Pieces for each knot of a path, which bends at its knots; among changing objects twice as many, since a
-motion
-that waits bends in time as well.
+motion that waits bends in time too.
 """
 MOST_PIECES = 4
 """Most pieces: time and memory grow with them."""

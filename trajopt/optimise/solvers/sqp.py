@@ -90,12 +90,12 @@ class Sqp:
         qp: QP backend; "auto" chooses by the structure of the program.
         penalty: First weight of constraint violations.
         penalty_growth: Factor when constraints do not hold at convergence.
-        penalty_rounds: Largest number of rounds of growth; 0 if the caller has other ways to try.
-        max_iterations: Largest number of QPs.
+        penalty_rounds: Most rounds of growth; 0 if the caller has other ways to try.
+        max_iterations: Most QPs.
         relative_gain: Converged when the predicted reduction is below this share of the merit.
         absolute_gain: Or below this value.
         until_feasible: Whether any point that holds all constraints suffices, regardless of its cost.
-        refines: Whether a point has to hold all constraints on many samples as well; else the caller checks
+        refines: Whether a point has to hold all constraints on many samples too; else the caller checks
             between the samples.
         fine_first: Whether the first samples have the final density, for seeds that are nearly solutions.
     """

@@ -29,7 +29,7 @@ ROUNDING = 1e-9
 STRETCH = 2e-3
 """Share by which a duration is lengthened per step until the torques are within their limits."""
 STRETCHES = 300
-"""Largest number of stretches: the arm then moves at half the speed."""
+"""Most stretches: the arm then moves at half the speed."""
 SMOOTHNESS = 1e-2
 """Weight of the problem's own costs relative to the duration, which is 1 at first."""
 

@@ -238,7 +238,7 @@ class Experience:
 
     Attributes:
         storage: This process alone by default. `Warehouse.experience` keeps memories in a file.
-        most: Largest number of memories; beyond it the one whose last success is oldest is forgotten.
+        most: Most memories; beyond it the one whose last success is oldest is forgotten.
         learning: Whether it changes; without, equal calls have equal answers.
     """
 

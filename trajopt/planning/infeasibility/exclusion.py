@@ -50,7 +50,7 @@ class _Place:
 
 
 def exclusion(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
-    """Return why two requirements cannot be held together; empty if there is no proof."""
+    """Return why two requirements cannot be held together; empty without a proof."""
     if isinstance(first, JointPositions) and isinstance(second, JointPositions):
         pairs = product(without_followers((first,), reduced), without_followers((second,), reduced))
         return next(filter(None, (_joints(one, other, reduced) for one, other in pairs)), "")

@@ -131,7 +131,7 @@ def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> floa
 
 
 def too_late(problem: Problem) -> str:
-    """Return why no motion meets the deadline of a problem; empty if there is no proof.
+    """Return why no motion meets the deadline of a problem; empty without a proof.
 
     No joint gets from start to goal in less time than its own limits allow, and no frame moves faster than
     all joints at full speed could move it.
@@ -285,7 +285,7 @@ ACCURACY = 1e-6
 
 
 def out_of_reach(required: Requirement, reduced: ReducedModel) -> str:
-    """Return how far a requirement is out of reach, as a sentence; empty if there is no proof.
+    """Return how far a requirement is out of reach, as a sentence; empty without a proof.
 
     The bound is the sum of the lengths of the chain, so excluded goals are out of reach.
     """

@@ -91,7 +91,7 @@ class Waiting:
     def _met(self, trajectory: Trajectory, wait: float) -> Floats:
         """Return times along a motion at which an object is too near if it is begun after a wait, few [s].
 
-        Moments at which objects appear and expire are sampled as well.
+        Moments at which objects appear and expire are sampled too.
         """
         even = self._even(trajectory)
         moments = self.checks.obstacles.moments

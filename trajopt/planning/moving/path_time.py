@@ -17,7 +17,7 @@ from trajopt.values.trajectory import Trajectory
 PARTS = 96
 """Cells along the path: each about a hundredth of it, the resolution of a picture."""
 MOST_TIMES = 1000
-"""Largest number of intervals, each at least the sampling interval along a motion."""
+"""Most intervals, each at least the sampling interval along a motion."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -195,7 +195,7 @@ FOLLOWING_STEP = 0.02
 micrometre.
 """
 ITERATIONS, EXACT = 12, 1e-10
-"""Largest number of Newton steps, and their required precision [m | rad]."""
+"""Most Newton steps, and their required precision [m | rad]."""
 DAMPING = 1e-9
 """Keeps the steps finite at singular configurations, where following then fails."""
 SETTLING = 1e-3

@@ -78,7 +78,7 @@ def sampled(
     Args:
         context: Goals; the path leads to the one reached first.
         check: Called while it searches; may raise to stop.
-        checked: Largest number of configurations to check on each leg.
+        checked: Most configurations to check on each leg.
         kept: Part of each pair's margin kept, beyond the requirement.
     """
     query, knots = context.query(counts), context.line.knots

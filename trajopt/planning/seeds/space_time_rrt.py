@@ -20,7 +20,7 @@ from trajopt.values.trajectory import Trajectory
 SPEED = 0.7
 """Share of the velocity limits that branches use; the rest is for accelerations."""
 PARTS = 12
-"""Least number of branches of a path: to pass several obstacles it needs corners."""
+"""Fewest branches of a path: to pass several obstacles it needs corners."""
 NUDGE = 0.1
 """Joint motion for which the travel of bodies is measured [rad | m]."""
 MOMENTS = 400

@@ -270,7 +270,7 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str,
 
 
 MOST_LINKS = 1000
-"""Largest number of links: all pairs of them are listed, half a million for a thousand."""
+"""Most links: all pairs of them are listed, half a million for a thousand."""
 _UNUSED = ("safety_controller", "calibration")
 _ONCE = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "mimic")}
 _MOMENTS, _PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")

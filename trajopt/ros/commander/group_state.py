@@ -193,9 +193,11 @@ class GroupState(GroupBase):
     """Structure and state of a group: positions in rad or m, angles in rad."""
 
     def get_name(self) -> str:
+        """Return the name of the group."""
         return self._group.name
 
     def get_active_joints(self) -> list[str]:
+        """Return the names of the planned joints."""
         return list(self._group.joints)
 
     def get_joints(self) -> list[str]:
@@ -203,9 +205,11 @@ class GroupState(GroupBase):
         return joint_names(self._world.robot, self._group)
 
     def get_variable_count(self) -> int:
+        """Return the number of planned joints."""
         return len(self._group.joints)
 
     def has_end_effector_link(self) -> bool:
+        """Return whether the group has an end effector."""
         return bool(self._tip)
 
     def get_end_effector_link(self) -> str:
@@ -357,6 +361,7 @@ class GroupSettings(GroupBase):
             raise SolverNotFound("planning pipeline", planning_pipeline, (PIPELINE,))
 
     def get_planning_pipeline_id(self) -> str:
+        """Return the name of the pipeline."""
         return PIPELINE
 
     def set_planner_id(self, planner_id: str) -> None:
@@ -366,6 +371,7 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, planner=planner_id or PLANNERS[0])
 
     def get_planner_id(self) -> str:
+        """Return the name of the planner."""
         return self._settings.planner
 
     def set_num_planning_attempts(self, num_planning_attempts: int) -> None:
@@ -517,6 +523,7 @@ class GroupTargets(GroupBase):
         self._aim(end_effector_link, TargetKind.POSE, [where], self._planning_frame)
 
     def clear_pose_target(self, end_effector_link: str) -> None:
+        """Clear the pose targets of a link."""
         link = self._link(end_effector_link)
         poses = {key: value for key, value in self._targets.poses.items() if key != link}
         self._targets = replace(self._targets, poses=poses)
@@ -526,6 +533,7 @@ class GroupTargets(GroupBase):
         self._targets = replace(self._targets, poses={})
 
     def set_random_target(self) -> None:
+        """Set random joint values within the limits as the target."""
         limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
         lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
         self._set_joints(self._by_place("random values", self._world.rng.uniform(lower, upper).tolist()))
@@ -558,6 +566,7 @@ class GroupTargets(GroupBase):
         return {name: list(values) for name, values in self._remembered.items()}
 
     def forget_joint_values(self, name: str) -> None:
+        """Forget remembered joint values."""
         if name not in self._remembered:
             raise StateNotFound("remembered state", name, self._remembered)
         del self._remembered[name]
@@ -638,9 +647,11 @@ class GroupConstraints(GroupBase):
     """Path and trajectory constraints of a group."""
 
     def get_known_constraints(self) -> list[str]:
+        """Return the names of the stored constraints."""
         return sorted(self._known_constraints)
 
     def get_path_constraints(self) -> Constraints:
+        """Return the path constraints."""
         return self._path_constraints
 
     def set_path_constraints(self, value: Any) -> None:
@@ -661,9 +672,11 @@ class GroupConstraints(GroupBase):
         return None
 
     def clear_path_constraints(self) -> None:
+        """Clear the path constraints."""
         self._path_constraints = Constraints()
 
     def get_trajectory_constraints(self) -> TrajectoryConstraints:
+        """Return the trajectory constraints."""
         return self._trajectory_constraints
 
     def set_trajectory_constraints(self, value: Any) -> None:

@@ -44,6 +44,7 @@ class ServerBackend:
     """
 
     def __init__(self, url: str, robot: str, *, token: str) -> None:
+        """Open a session."""
         self._client = Client(url, token=token, timeout=SILENCE)
         try:
             self._session = self._client.session(robot)

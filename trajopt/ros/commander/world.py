@@ -115,6 +115,7 @@ class ScriptNode:
     shut_down: bool = False
 
     def end(self) -> None:
+        """Call the shutdown hooks, once."""
         self.shut_down = True
         while self.hooks:
             self.hooks.pop(0)()
@@ -124,6 +125,7 @@ class ScriptNode:
         return key in self.parameters or key in OF_THE_ROBOT
 
     def parameter(self, name: str) -> object:
+        """Return the value of a parameter."""
         key = name.removeprefix("/")
         if key not in self.parameters and key in OF_THE_ROBOT:
             raise MoveItCommanderException(

@@ -285,7 +285,7 @@ class Warehouse:
         """Return the experience stored in this file: `plan(problem, experience=kept.experience())`.
 
         Args:
-            most: Largest number of memories; beyond it the longest without a success is deleted.
+            most: Most memories; beyond it the longest without a success is deleted.
         """
         return Experience(StoredMemories(self._database), most, learning)
 

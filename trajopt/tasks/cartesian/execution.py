@@ -18,7 +18,7 @@ POSITION = 1e-3
 ROTATION = 1e-2
 """Default accepted rotation error at the end [rad]."""
 MOVES = 3
-"""Largest number of correction moves."""
+"""Most correction moves."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ def execute(
     tolerances are in [m] and [rad].
 
     Raises:
-        ProblemError: If there is no verified motion.
+        ProblemError: Without a verified motion.
     """
     trajectory, required = followed.trajectory, followed.required
     if trajectory is None or not followed.verified:

@@ -120,7 +120,7 @@ def follow(
         required: The curve, the frame, and its tolerance: `follows_curve(...)`.
         start: Name of a state, joint -> position [rad | m], or positions of all joints. With
             `Begin.ANY_BRANCH` it only determines the joints outside the group, and the preferred branch.
-        group: May be omitted if the robot has only one.
+        group: Optional if the robot has only one.
         rng: Draws postures and starts of searches; a fixed seed if None, for reproducible results.
         budget: Time and work; `attempts`, `workers` and `improve` do not apply.
         cancel: Set it from another thread to stop.
@@ -295,7 +295,7 @@ BODIES = 0.1
 POINTS_PER_KNOT = 0.7
 """Further points of the motion for each knot of the path."""
 MOST_POINTS = 600
-"""Largest number of points of the motion."""
+"""Most points of the motion."""
 SHARP = np.radians(25.0)
 """The motion stops at corners of the joint path with a larger angle [rad]."""
 DWELL = 2e-3

@@ -190,7 +190,7 @@ STEP = 0.3
 JOINED = 0.5
 """Largest joint motion between consecutive points with self-motion [rad | m]."""
 MOST = 400
-"""Largest number of configurations of a point."""
+"""Most configurations of a point."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from trajopt.values.curve import TURN_LENGTH
 HELD = 1e-8
 """Accepted error of a point; see `OnCurve.turn_length` [m]."""
 STEPS = 14
-"""Largest number of Newton steps."""
+"""Most Newton steps."""
 LONGEST = 0.3
 """Longest step of any joint [rad | m]."""
 SINGULAR = 1e-3
@@ -190,9 +190,9 @@ def _damped(jacobian: Floats, value: Floats) -> Floats:
 STEP = 0.01
 """Length of a step along the curve [m]."""
 MOST_STEPS = 400
-"""Largest number of steps along a curve."""
+"""Most steps along a curve."""
 LEAST_STEPS = 8
-"""Smallest number of steps along a curve."""
+"""Fewest steps along a curve."""
 FARTHEST = 0.2
 """Largest joint motion in a step; a larger one may be a jump, which smaller steps decide [rad | m]."""
 HALVINGS = 7
@@ -292,7 +292,7 @@ def _finely(on_curve: OnCurve, q: Floats, begin: float, end: float) -> tuple[Flo
 
 
 ROUNDS = 9
-"""Largest number of bisections."""
+"""Most bisections."""
 APART = 2e-3
 """Largest distance of a chord from the curve's configuration half-way [rad | m]."""
 

@@ -179,12 +179,12 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
 
     Args:
         robot: The robot; or a scene with it, whose tools count too.
-        end_effector: Its name; may be omitted if there is only one.
+        end_effector: Its name; optional if there is only one.
         tool: The frame between the pads; the last frame of the arm if None.
 
     Raises:
         GripperError: If there is no end effector, or it is not a gripper with two fingers.
-        NameNotFound: If there is no end effector of that name.
+        NameNotFound: Without an end effector of that name.
         FrameNotFound: If there is no such tool frame.
     """
     for label, given in (("end_effector", end_effector), ("tool", tool)):

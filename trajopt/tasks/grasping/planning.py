@@ -58,7 +58,7 @@ def pick_and_place(
         scene: Robot and objects; the object is at rest in it.
         grasps: In order of preference.
         places: In order of preference.
-        group: May be omitted if the SRDF defines the parent of the hand.
+        group: Optional if the SRDF defines the parent of the hand.
         gripper: The gripper; that of the robot's SRDF if None.
         constraints: Path constraints while the object is in the hand, such as keeping it upright.
         rng: Draws starts of the search; a fixed seed if None, for reproducible results.
@@ -67,7 +67,7 @@ def pick_and_place(
         degrees: Whether angles in `start` are in degrees.
 
     Raises:
-        ObjectNotFound: If there is no object of that name.
+        ObjectNotFound: Without an object of that name.
         GripperError: If the robot has no gripper.
         ProblemError: If there is no grasp or no place, the object is already in the hand, it or its target
             support moves by itself, or the budget requests improvement.

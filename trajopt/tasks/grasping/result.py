@@ -123,12 +123,12 @@ class PickPlaceResult(MotionSequence[Segment]):
 
     Attributes:
         final_scene: The scene after: the object attached to the hand, or at its place, with the clock at 0 at
-            the end of the sequence; the scene before if there is no sequence.
+            the end of the sequence; the scene before without a sequence.
         start: Positions of all joints before, shape (number of joints,) [rad | m].
         status: If all candidates failed, of the one that got farthest.
         grasp: The chosen grasp; None without one, or if the object was in the hand already.
         place: The chosen place; None without one.
-        segments: The motions, in order; empty if there is no solution.
+        segments: The motions, in order; empty without a solution.
         refusals: The rejected candidates with reasons, in the order of the search.
         cpu_seconds: Process time of each stage of planning [s].
         stopped: The cause of an early end of planning; None without one.

@@ -345,7 +345,7 @@ def fingers(
 
     Args:
         meets: The object that they touch.
-        rest: Time after it, for which the arm rests as well [s].
+        rest: Time after it, for which the arm rests too [s].
     """
     scene = state.scene
     goal = gripper.opened(scene.robot, state.positions, opening)

@@ -16,7 +16,7 @@ from trajopt.values.documents.files import read_text, refuse_deep_nesting
 from trajopt.values.errors import FileFormatError, shown
 
 MOST_ALIASED = 1_000_000
-"""Largest number of values that aliases and merges expand to."""
+"""Most values that aliases and merges expand to."""
 
 _MERGE = "tag:yaml.org,2002:merge"
 _TEXT = "tag:yaml.org,2002:str"

@@ -247,7 +247,7 @@ _READERS: Mapping[str, Callable[[bytes], Floats]] = {
 
 
 MOST_CELLS = 8_000_000
-"""Largest number of cells after subdivision: a wall of 50 m by 10 m by 1 m, in 4 cm."""
+"""Most cells after subdivision: a wall of 50 m by 10 m by 1 m, in 4 cm."""
 _HEADER = 4096  # bytes at the beginning in which the header is
 
 

@@ -236,7 +236,7 @@ def _keys_of(name: str, value: ArrayLike, size: float) -> Ints:
 
 
 MOST_SHOWN = 20_000
-"""Largest number of drawn balls or cubes; larger clouds are drawn coarser."""
+"""Most drawn balls or cubes; larger clouds are drawn coarser."""
 
 
 def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Floats, Ints]:

@@ -162,8 +162,7 @@ def search_clearance(
     distance d - m or more in all of it. If this is not enough, the interval is cut.
 
     Args:
-        measured: Whether to measure margins as well. Otherwise the search ends as soon as the verdict is
-            known.
+        measured: Whether to measure margins too. Otherwise the search ends as soon as the verdict is known.
         present: Time span in which pairs are examined, shape (p, 2) [s]; while both are present by default.
     """
     position, reduced, options = motion.position, motion.reduced, motion.options

@@ -43,6 +43,7 @@ class Rate:
         self._begun = time.monotonic()
 
     def remaining(self) -> Duration:
+        """Return the rest of the period; 0 if it is over."""
         left = self._begun + self.sleep_dur.to_sec() - time.monotonic()
         return Duration(max(left, 0.0))
 
@@ -101,6 +102,7 @@ def search_param(param_name: str) -> str | None:
 
 
 def get_param(param_name: str, *default: object) -> object:
+    """Return the value of a parameter, or the default if it is not set."""
     node = world_or_current(None).node
     return default[0] if default and not node.has(param_name) else node.parameter(param_name)
 
