@@ -102,7 +102,7 @@ class Evaluator(Protocol):
         ...
 
     def close_pairs(self, positions: Floats, reach: Floats, aim: Floats | None = None) -> Contacts:
-        """Measure every pair that is nearer than its reach.
+        """Measure every pair nearer than its reach.
 
         Args:
             positions: S configurations of the group, shape (S, n) [rad | m].
