@@ -1,8 +1,7 @@
 """Motion planning for robot arms by optimisation, with a proof of every requirement.
 
-The short way is here: a robot, a scene, a problem, `plan`; then `explain`, `simulate`, `view` and `render`
-take the result. The steps of `plan` are in `trajopt.planning`, `trajopt.optimise`, `trajopt.timing` and
-`trajopt.verify`.
+The short way: a robot, a scene, a problem, `plan`; then `explain`, `simulate`, `view` and `render`. The steps
+of `plan` are in `trajopt.planning`, `trajopt.optimise`, `trajopt.timing` and `trajopt.verify`.
 
 A name is imported when it is first used, so that a part of the package, such as the judge, loads alone.
 """

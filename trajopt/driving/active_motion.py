@@ -1,4 +1,4 @@
-"""The motion that a robot is on, committed piece by piece, each with a stop after it."""
+"""Active motion: driven piece by piece, each with a stop after it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -86,7 +86,7 @@ class ActiveMotion(Printed):
 
     @property
     def coming_rest(self) -> Pause | None:
-        """The rest on its path to which the robot comes if nothing more is committed."""
+        """The rest to which the robot comes if nothing more is committed."""
         return self._state.pause if isinstance(self._state, _Moving) else self._state
 
     @property

@@ -1,4 +1,4 @@
-"""Arms of Universal Robots and Franka through their libraries, as controllers for `StreamingExecutor`."""
+"""Arms of Universal Robots and Franka as controllers for `StreamingExecutor`."""
 
 import time
 from collections.abc import Sequence

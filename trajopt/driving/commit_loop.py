@@ -1,4 +1,4 @@
-"""The commit loop of supervisor and servo: the robot is always bound to a proven motion that ends at rest."""
+"""Commit loop of supervisor and servo: a robot always bound to a proven motion that ends at rest."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable

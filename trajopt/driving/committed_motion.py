@@ -1,4 +1,4 @@
-"""Committed motion: the motions to which a robot is bound, in order, and rest after the last."""
+"""Committed motion: the motions to which a robot is bound."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""A driven task: its motions in order, the gripper, and new plans of the stages that remain."""
+"""Driven task: motions, gripper, and new plans."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -102,9 +102,8 @@ class _Progress(Printed):
 class DrivenTask(Printed):
     """A task that a supervisor drives.
 
-    It is planned at rest, in the world as last reported. Its motions become goals of the supervisor, which
-    proves each piece of them. The stages that remain are planned again if a planned motion is no longer
-    proven, an object of theirs is elsewhere, or the gripper holds nothing.
+    Its motions become goals of the supervisor. The stages that remain are planned again if a planned motion
+    is no longer proven, an object of theirs is elsewhere, or the gripper holds nothing.
 
     Attributes:
         given_up: Whether there is no plan for the stages that remain in the world as last reported.
@@ -156,7 +155,7 @@ class DrivenTask(Printed):
             self._positions = hand.opened(task.scene.robot, self._positions, opening)
 
     def advance(self) -> None:
-        """Begin the next motion or command when the one before has ended."""
+        """Begin the next motion or command."""
         now, progress = self.commitment.executor.now(), self._progress
         if self._lost() or (self._command is not None and not self._obeyed(self._command, now)):
             return
@@ -216,7 +215,7 @@ class DrivenTask(Printed):
         )
 
     def _withdraw(self) -> None:
-        """Drop the present motion and the plan; what is done when the robot rests does not remain."""
+        """Drop the present motion and the plan."""
         ahead, progress, running = self.goals.withdraw(), self._progress, self._running
         if progress is None:
             return
@@ -354,7 +353,7 @@ class DrivenTask(Printed):
         return True
 
     def _update_world(self, scene: Scene) -> None:
-        """Attach, detach and move the objects in the world as they are in the scene of the plan."""
+        """Attach, detach and move objects as in the scene of the plan."""
         world, here, before = self.commitment.world, self._here(), self._expected
         model = world.scene
         held, wanted = held_objects(model), held_objects(scene) & set(model.objects)

@@ -1,4 +1,4 @@
-"""Events of a driven robot, and the journal that keeps them with the CPU time of each stage."""
+"""Events of a driven robot, and their journal with CPU times."""
 
 import time
 from collections.abc import Callable, Generator

@@ -1,4 +1,4 @@
-"""Executor and gripper driver: the interfaces of robot drivers, and an executor without a simulation."""
+"""Interfaces of robot drivers, and an executor without a simulation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -115,7 +115,7 @@ class GripperState(Value):
 
 @runtime_checkable
 class GripperDriver(Protocol):
-    """Drives a gripper beside the executor of its arm, as the gripper of libfranka.
+    """Drives a gripper, as in libfranka.
 
     Commands return immediately; a new one replaces the last. A suction cup switches on to grasp and off to
     move, and ignores the numbers.

@@ -1,4 +1,4 @@
-"""Guard: drives the actions of a learned policy if they are proven, otherwise a proven motion near them."""
+"""Guard of a learned policy."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""The intended motion to a goal, driven along its path at a share of its planned speed.
+"""The intended motion to a goal, at a share of its planned speed.
 
 The rate of the motion's clock changes smoothly and then stays (`trajopt.timing.time_scaling`), in the
 shortest of some times with which the limits hold at the extremes of the polynomials.

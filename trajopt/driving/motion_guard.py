@@ -1,4 +1,4 @@
-"""Motion guard: proves the motions that a robot is about to be driven along, in a world snapshot."""
+"""Motion guard: proves motions before they are driven, in a world snapshot."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

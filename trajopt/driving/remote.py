@@ -1,8 +1,7 @@
 """An executor in another process, so that a planner that dies does not affect the robot.
 
-The robot's process calls `attend` repeatedly; the planning process has a `RemoteExecutor` at its end of a
-`multiprocessing.Pipe`. A request contains its number, the name of a method and the arguments; an answer that
-number, the result and an error message.
+The robot's process calls `attend` repeatedly, the planning process has a `RemoteExecutor`. A request contains
+its number, the name of a method and the arguments; an answer that number, the result and an error message.
 """
 
 from multiprocessing.connection import Connection

@@ -1,4 +1,4 @@
-"""Plans made while a robot is driven: replanning, retiming, the next goal, return to the path, recovery."""
+"""Plans made while a robot is driven."""
 
 from dataclasses import dataclass, replace
 from math import inf

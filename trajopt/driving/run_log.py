@@ -48,9 +48,7 @@ LEVELS = {
 def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -> None:
     """Write a recorded run as MCAP.
 
-    Topics: /joint_states, /tf and /scene (the robot as measured among the reported objects), /events, and, if
-    there are any, /plan, /committed and /decisions (of a guard). All but the last three have messages of
-    Foxglove; see `trajopt.files.log.logs`.
+    Topics and messages: docs/execution.md#logs.
 
     Args:
         origin: Time of the log at time 0 of the executor's clock, such as its time since 1970 [s].
@@ -66,8 +64,7 @@ def write_mcap(path: Path | str, recording: Recording, *, origin: float = 0.0) -
 def write_rerun(path: Path | str, recording: Recording, *, origin: float = 0.0) -> None:
     """Write a recorded run for Rerun's viewer (.rrd): `rerun FILE` shows it.
 
-    Entities: /world (robot and objects), /joint_states, /plan, /committed, and the texts /events and
-    /decisions.
+    Entities: /world and the topics of `write_mcap`.
 
     Args:
         origin: As for `write_mcap`.

@@ -1,4 +1,4 @@
-"""Servo: drives a robot by velocity or pose commands, clear of obstacles and always able to stop."""
+"""Servo: drives a robot by velocity or pose commands."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""Executor of a robot that MuJoCo simulates step by step, its gripper, noisy sensors and faults."""
+"""Executor of a robot in MuJoCo, its gripper, noisy sensors and faults."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -123,7 +123,7 @@ ABOUT = 5e-3
 
 
 class SimulatedGripper:
-    """The driver of the gripper of a `SimulatedExecutor`, which only friction lets hold an object."""
+    """The gripper of a `SimulatedExecutor`, which holds objects by friction only."""
 
     def __init__(self, description: Gripper, opening: float, dt: float) -> None:
         self.description = description
@@ -319,8 +319,7 @@ class SimulatedExecutor:
     def change(self, world: Scene, *, begin: float, duration: float = inf) -> None:
         """Replace the real world, whose clock shows 0 at `begin` [s]; contacts are counted from then on.
 
-        Loose objects stay where they are.
-        Contact allowances refer to the ends of a motion of this duration [s].
+        Loose objects stay. Contact allowances refer to the ends of a motion of this duration [s].
         """
         self._catch_up()
         if world.robot.joint_names != self._world.robot.joint_names:
@@ -433,7 +432,7 @@ class SimulatedExecutor:
         return torques
 
     def _weigh(self, contacts: Mapping[tuple[str, str], float]) -> None:
-        """Let the controller know the mass of the object in the gripper, as drivers are told the payload."""
+        """Give the controller the mass of the object in the gripper, as a payload."""
         gripper = self.gripper
         if gripper is None or gripper.state().holding == bool(self._payload):
             return

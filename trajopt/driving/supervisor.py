@@ -76,10 +76,8 @@ class Supervisor(CommitLoop):
     def go(self, problem: "Problem | Task", *, blend_radius: float = 0.0) -> None:
         """Go to a goal, or do a task, instead of all others; the next cycle plans from the present state.
 
-        A task is planned at rest. The stages that remain are planned again if the world changes so that their
-        motions are no longer proven, or an object of theirs is elsewhere or missing. If a pick leaves nothing
-        in the fingers, the next grasp is tried. `ForEach` skips the items whose object is missing, or that no
-        grasp holds. The last event of a task is `COMPLETED`.
+        A task is planned at rest, and its remaining stages again if necessary
+        (docs/execution.md#a-whole-task). Its last event is `COMPLETED`.
 
         Args:
             problem: Has the group and robot of the supervisor; its start and scene do not count.

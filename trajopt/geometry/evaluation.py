@@ -1,7 +1,7 @@
-"""Evaluator: the protocol of kinematics, distances and bounds of motion at many configurations.
+"""Evaluator: kinematics, distances and bounds of motion at many configurations.
 
-`Problem.evaluator` makes the one that planning works with, for example one on a GPU. The judge has its own
-kinematics and distances, so a wrong evaluator cannot lead to a wrong proof.
+`Problem.evaluator` makes the one for planning, for example on a GPU. The judge has its own kinematics and
+distances, so a wrong evaluator cannot lead to a wrong proof.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Shapes as Coal's collision geometries, and the boxes and spheres that bound the bodies of a model."""
+"""Shapes as Coal's collision geometries, and their bounding boxes and spheres."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

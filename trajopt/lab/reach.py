@@ -1,4 +1,4 @@
-"""Samples of configurations of a group: a table of them, and the reach map of a frame."""
+"""Reach map of a frame, and tables of sampled configurations."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace

@@ -1,15 +1,4 @@
-"""Native cores: the hot loops of other rooms, compiled; plain twins in `tests/oracles` are their oracles.
-
-| core | room that calls it | what it does |
-|---|---|---|
-| `proximity` | `query` | kinematics of all samples, rows of all pairs that come near, and paths searched |
-| `banded` | `solvers` | the quadratic program of a step, by an interior point method on a band |
-| `descent` | `solvers` | steps of the SQP, of programs whose terms it can evaluate |
-| `timing` | `retime` | paths made smooth, and timed within all limits |
-| `proof` | `verify` | clearance over all time, distances, kinematics, torques; shares no code with others |
-| `checker` | `files.proof` | the fast kernel, which checks proof files; shares no code with others |
-| `covers` | `model` | convex pieces that cover a mesh, when a robot or an object is loaded |
-"""
+"""Native cores: the hot loops of other rooms, compiled (docs/decisions/native.md)."""
 
 from importlib.util import find_spec
 

@@ -1,4 +1,4 @@
-"""plan(problem): seeds in the order of the schedule, each attempted once, until a motion is verified."""
+"""plan(problem): seeds in order, until a motion is verified."""
 
 from __future__ import annotations
 
@@ -96,9 +96,9 @@ def plan(
 ) -> Result | Outcome_co:
     """Plan a motion, or all motions of a task, and have them judged.
 
-    Among objects that move, appear and expire the motion may begin later, stop or slow down on its way, or go
-    around their paths; the fastest of these is returned. If a deadline is missed (`problem.finish_by`) and no
-    method is named, shape and time are optimised together too.
+    Among dynamic obstacles the motion may begin later, stop, slow down, or go around; the fastest is
+    returned. If a deadline is missed (`problem.finish_by`) and no method is named, shape and time are
+    optimised together too.
 
     Args:
         problem: A problem, or a task (`trajopt.tasks.Task`), which takes only `improve`, `seconds`, `rng`,

@@ -51,8 +51,8 @@ def load(
 ) -> Robot:
     """Load an installed robot by name ("panda"), or any robot from its URDF, xacro or MJCF file.
 
-    Names come from the entry-point group `trajopt.robots`, so any package can add some. Other names that
-    end in "_description" belong to the package `robot_descriptions`, which downloads the files.
+    Packages add names by the entry-point group `trajopt.robots`. Other names that end in "_description" are
+    downloaded by `robot_descriptions`.
 
     Args:
         robot: A name, or the path of a URDF, xacro or MJCF file, or of the folder of a MoveIt configuration

@@ -411,8 +411,8 @@ class Robot(Value):
     def with_calibration(self, file: Path | str, *, prefix: str = "") -> Robot:
         """Return the robot with the factory calibration of an arm of Universal Robots.
 
-        Joints are displaced so that the flange is at the controller's pose; shapes move with their links.
-        `notes` has a sentence about it. The result has no `urdf_path`: that file lacks the calibration.
+        The flange is then at the controller's pose; shapes move with their links. `notes` has a sentence
+        about it. The result has no `urdf_path`.
 
         Sources: deltas are added to the nominal parameters
         (https://forum.universal-robots.com/t/ur10-calibration-conf-dh-model-generation/1638); the YAML is

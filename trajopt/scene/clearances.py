@@ -1,7 +1,4 @@
-"""Required clearances and allowed collisions.
-
-A required clearance is proven; a margin is a buffer that the optimiser aims at.
-"""
+"""Required clearances (proven), margins (aimed at by the optimiser) and allowed collisions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

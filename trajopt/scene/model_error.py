@@ -1,4 +1,4 @@
-"""Model error: how far a robot may differ from its description, and how near that brings its bodies."""
+"""Model error: difference of a robot from its description."""
 
 from __future__ import annotations
 

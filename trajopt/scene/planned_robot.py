@@ -1,4 +1,4 @@
-"""Protocols of planned motions: a plan, a result with a plan, or a reduced model with a trajectory."""
+"""Protocols of planned motions."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, TypeVar, cast, runtime_checkable

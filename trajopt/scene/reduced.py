@@ -1,6 +1,6 @@
-"""Reduced model: the robot with only a group's joints free, as used for planning, judging and simulation.
+"""Reduced model: the robot with only a group's joints free, for planning, judging and simulation.
 
-Plain data: `trajopt.scene.reducing` builds it from a scene. The judge reads nothing else.
+Plain data, built by `trajopt.scene.reducing`. The judge reads nothing else.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Reduced models: a robot with a group's joints free, in a scene, alone or among dynamic obstacles."""
+"""Reduce a scene to a group's free joints, alone or among dynamic obstacles."""
 
 import copyreg
 from collections.abc import Callable, Iterable, Mapping, Sequence

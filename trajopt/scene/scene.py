@@ -1,4 +1,4 @@
-"""Scene: a robot among objects, and the contact rules. A value: an edit returns a new scene."""
+"""Scene: a value; an edit returns a new one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A pool of workers: a bounded queue, fair between sessions, that survives the death of any of them."""
+"""A pool of workers with a bounded queue, fair between sessions."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""A depth camera in MuJoCo: exact depths of a scene, or with the flaws of a real camera."""
+"""A depth camera in MuJoCo, exact or with flaws."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""The scene in MuJoCo over time: geoms of shapes, and bodies on tracks that appear and expire."""
+"""The scene in MuJoCo over time."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

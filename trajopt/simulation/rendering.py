@@ -54,9 +54,7 @@ def render(
     highlight: Iterable[str] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Path:
-    """Draw a motion into a PNG, GIF or MP4 file: `render(plan, "motion.gif")`; return the path.
-
-    For a problem it draws the start: `render(problem, "start.png")`.
+    """Draw a motion, or the start of a problem, into a PNG, GIF or MP4 file; return the path.
 
     Args:
         subject: A plan, a result with one or several motions, a simulated motion, a problem; or a reduced

@@ -1,9 +1,8 @@
 """The best viewpoint of a motion, for pictures, films and the page in the browser.
 
-A viewpoint is rated by the length in the picture of two kinds of curves: the paths of the tools, and the
-lines from joint to joint of the robot at several times, multiplied. Hidden pieces, found by ray casting, do
-not count. Viewing directions form a grid over the upper hemisphere, with the nearest camera that has
-everything in view.
+It has the largest product of the visible lengths, in the picture, of the tools' paths and of the lines from
+joint to joint at several times. Viewing directions form a grid over the upper hemisphere, with the nearest
+camera that has everything in view; ray casting finds hidden pieces.
 """
 
 from collections.abc import Collection, Iterator

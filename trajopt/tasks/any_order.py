@@ -1,4 +1,4 @@
-"""Stages in any order: order and postures are searched together, by bounds of the times between them."""
+"""Stages in any order: order and postures are searched together."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The stages of a task that remain after some of its steps, in the world as it then is."""
+"""The stages of a task that remain in the present world."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,7 +15,7 @@ from trajopt.values.arrays import Floats
 
 @dataclass(frozen=True, eq=False)
 class RemainingStages:
-    """The stages that remain of others.
+    """The stages that remain.
 
     Attributes:
         scene: The world.

@@ -1,4 +1,4 @@
-"""Result of a task: its motions in order with the times of its stages, or why there are none."""
+"""Result of a task."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Search for a plan of a task: stages in order, each in one of its ways, motions without needless rests."""
+"""Search for a plan of a task."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace

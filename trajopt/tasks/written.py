@@ -1,4 +1,4 @@
-"""Tasks in YAML: a list of stages, each a mapping with the kind of the stage as a key."""
+"""Tasks in YAML."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
-"""Curve: the path of a frame through space, as polynomial pieces and arcs over arc length.
+"""Curve: the path of a frame, as polynomial pieces and arcs over arc length.
 
-Rotations are polynomials of rotation vectors, R(u) = R_0 exp(w(u)), so that a turn at constant rate about one
-axis (slerp) is a polynomial of degree one.
+Rotations are R(u) = R_0 exp(w(u)) with polynomials w, so that a turn at constant rate about one axis (slerp)
+is of degree one.
 """
 
 from collections.abc import Sequence

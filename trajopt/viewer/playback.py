@@ -1,4 +1,4 @@
-"""Playback: a slider over time, a button that plays, and a speed; and the pages of one or several motions."""
+"""Playback: time slider, play button and speed; pages of one or several motions."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""A scene in a page at one time: bodies, halos of uncertain objects, the nearest pair and the viewpoint."""
+"""A scene in a page, at one time."""
 
 from typing import TYPE_CHECKING
 

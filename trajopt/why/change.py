@@ -1,4 +1,4 @@
-"""Changes of a problem by an amount, and remedies: the smallest that make it solvable, found by planning."""
+"""Changes of a problem by an amount, and remedies found by planning."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -323,7 +323,7 @@ def _bounds(base: _Solved, dear: dict[int, float], seconds: bool) -> Iterator[Pr
 
 
 def _limits(base: _Solved) -> tuple[Price, ...]:
-    """Return the prices of binding limits in time: the path is timed with each limit slightly higher."""
+    """Return the prices of binding limits: the path is timed with each limit slightly higher."""
     before, found = base.duration(), list[Price]()
     if before is None:
         return ()

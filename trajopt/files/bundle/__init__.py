@@ -1,4 +1,4 @@
-"""Bundles: a problem and the result of planning it, in one self-contained file.
+"""Bundles: a problem and its result in one file.
 
 `result.save("x.trajopt")` writes one, `read_bundle` reads it on any machine, `replay` plans it again.
 """

@@ -1,4 +1,4 @@
-"""Bundles: a problem, a plan or a result in one file, written and read on any machine."""
+"""Write and read bundles."""
 
 import json
 import platform
@@ -153,7 +153,7 @@ def save(
 
 
 def result_members(what: Value) -> dict[str, bytes]:
-    """Return the members of the result of a task, of a pick and place, or of following a curve, by name."""
+    """Return the members of a `SavedResult` by name."""
     document, writer = shared_document(what)
     members = {VALUE: _json(document), **named_members(writer)}
     name = str(getattr(what, "name", type(what).__name__))
@@ -358,12 +358,12 @@ def read_result(path: Path | str, *, meshes: Path | str | None = None) -> Value:
 
 
 def read_saved(path: Path | str, *, meshes: Path | str | None = None) -> Bundle | Value:
-    """Read a bundle or a result, as `read_bundle` and `read_result` do."""
+    """Read a bundle or a result."""
     return saved_of(Archive(path), meshes)
 
 
 def saved_of(archive: Members, meshes: Path | str | None = None) -> Bundle | Value:
-    """Return the bundle or the result stored in members."""
+    """Return the bundle or result in members."""
     about, holds = _about(archive)
     return _result(archive, meshes) if holds is Holds.MOTIONS else _bundle(archive, about, holds, meshes)
 

@@ -1,8 +1,8 @@
 """The codec of bundles: large arrays and files are members of their own, and containers add references.
 
 To the documents of `trajopt/values/documents/codec.py` it adds `{"array": name}`, `{"file": name}` and
-`{"kinematics": {...}}` for Pinocchio's model. Its containers are a zip (`Archive`), one JSON message
-(`message`) and the files of a campaign, named after the hash of their content.
+`{"kinematics": {...}}`. Its containers are a zip (`Archive`), one JSON message (`message`) and the files of a
+campaign, named after the hash of their content.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Motions in the formats of controllers (CSV, ROS 2, MoveIt, URScript) and of logs (MCAP, Rerun)."""
+"""Motions in the formats of controllers and logs."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Exporter: the interface for writing a motion, or several, in one format."""
+"""Interface of exporters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Motions as samples: tables in CSV, messages of ROS 2 and MoveIt, and logs."""
+"""Motions as samples: CSV, messages of ROS 2 and MoveIt, logs."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""Programs for the controllers of Universal Robots: streams of `servoj`, `movej` with blends, whole tasks."""
+"""Programs for the controllers of Universal Robots."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -176,7 +176,7 @@ class Movej:
 @checked
 @dataclass(frozen=True)
 class UrProgram:
-    """A task as one program: a section for each motion, rests, and outputs for the gripper and the process.
+    """A task as one program.
 
     A curve is a section of `movel` and `movep` at the speed of the motion; other motions are streams of
     `servoj`. While an object is attached, `grip` is on; on a curve, `process` is on. Motions of the fingers

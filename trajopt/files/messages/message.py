@@ -1,4 +1,4 @@
-"""Messages of ROS as data classes, each made from its definition when it is first used, and as plain data."""
+"""Messages of ROS as data classes, made when first used, and as plain data."""
 
 import sys
 import time

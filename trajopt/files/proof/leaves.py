@@ -1,4 +1,4 @@
-"""Search for the leaves of a proof: intervals of time with a direction that separates a pair of parts."""
+"""Search for the leaves of a proof."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Write and check proof files: a statement, and the witness by which the checker sees that it holds."""
+"""Write and check proof files."""
 
 import hashlib
 import json

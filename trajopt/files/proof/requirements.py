@@ -1,4 +1,4 @@
-"""Requirements as a proof states them, each with the intervals of time in which it is certain to be shown."""
+"""Requirements as a proof states them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Whether a verified motion stands in a scene with moved objects, without judging all of it again."""
+"""Whether a verified motion stands in a scene with moved objects."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -25,7 +25,7 @@ from trajopt.values.trajectory import Trajectory
 PLAIN = (AxisAlignment, FramePlacement, JointPositions, PositionInRegion)
 """Requirements that depend on no object but those that they name."""
 CELLS = 64
-"""Intervals of a motion, besides those between its knots, in each of which a ball contains each part."""
+"""Further intervals of a motion in which a ball contains each part."""
 
 
 def _all_fields(kind: type[Any], but: str) -> Callable[[object], tuple[object, ...]]:
@@ -38,9 +38,8 @@ _of_scene, _of_object = _all_fields(Scene, "objects"), _all_fields(SceneObject, 
 class StandingMotion:
     """A verified motion, prepared for questions about scenes in which objects have moved.
 
-    Only pairs of moved objects are looked at, by the fast kernel, with balls around the parts of the robot
-    over intervals of time. If these do not suffice, and after other changes, the judge verifies the motion
-    again.
+    The fast kernel checks pairs of moved objects, with balls around the robot's parts over intervals of time.
+    If these do not suffice, and after other changes, the judge verifies the motion again.
     """
 
     @checked

@@ -1,4 +1,4 @@
-"""Torque limits as a proof states them, and the intervals in which the checker can show them."""
+"""Torque limits as a proof states them."""
 
 from dataclasses import dataclass
 

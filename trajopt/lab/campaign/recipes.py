@@ -1,4 +1,4 @@
-"""Recipes: how a worker makes a problem, of shared documents and a small row of a table."""
+"""Recipes of problems: shared documents and a small row of a table."""
 
 import json
 from base64 import b64decode, b64encode

@@ -1,4 +1,4 @@
-"""The SRDF of a robot that has none: pairs with their evidence, groups, states; checks of its URDF."""
+"""SRDF of a robot without one, and checks of its URDF."""
 
 from trajopt.lab.srdf.groups import ProposedGroup as ProposedGroup
 from trajopt.lab.srdf.groups import propose_groups as propose_groups

@@ -1,4 +1,4 @@
-"""A complete SRDF for a robot: groups, pairs with evidence, findings about its URDF; and its file."""
+"""A complete SRDF for a robot, and its file."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Outcomes of the suite, and comparisons of methods, as self-contained HTML pages, as text and as data."""
+"""Outcomes of the suite, and comparisons of methods, as HTML, text and data."""
 
 from collections.abc import Mapping, Sequence
 from html import escape

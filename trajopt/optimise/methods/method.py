@@ -1,4 +1,4 @@
-"""Methods turn a seed into a path or a motion; planning uses every solver through this interface."""
+"""Methods turn a seed into a path or a motion."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

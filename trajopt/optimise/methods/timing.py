@@ -1,4 +1,4 @@
-"""Timing within everything that a problem limits: a path retimed, a start in motion brought to rest."""
+"""Timing within all limits of a problem."""
 
 from collections.abc import Sequence
 from dataclasses import replace

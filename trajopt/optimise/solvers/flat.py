@@ -1,4 +1,4 @@
-"""The QP of a step for any general backend: one sparse matrix, a slack for every bound."""
+"""The QP of a step as one sparse matrix, for general backends."""
 
 from dataclasses import dataclass, field
 

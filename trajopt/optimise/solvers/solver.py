@@ -1,4 +1,4 @@
-"""Interface and result of every solver of an `Nlp`, and the incumbent: none returns worse than its seed."""
+"""Interface and result of solvers of an `Nlp`, and the incumbent."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

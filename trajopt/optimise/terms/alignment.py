@@ -1,4 +1,4 @@
-"""Angles at a frame: between two axes, and between an axis and the line to a point."""
+"""Angles between axes, and between an axis and the line to a point."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING

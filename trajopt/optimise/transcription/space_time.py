@@ -1,8 +1,7 @@
 """Transcription in space and time: a cubic B-spline over a motion of known duration, among moving objects.
 
 All pieces last equally long, so the limits of velocity, acceleration and jerk are constant linear rows that
-hold at all times. The first three control points carry the start's position, velocity and acceleration; the
-last three coincide, so that the motion comes to rest.
+hold at all times. The first three control points carry the start's state; the last three coincide, for rest.
 """
 
 from collections.abc import Iterator

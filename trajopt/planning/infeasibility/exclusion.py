@@ -1,6 +1,6 @@
-"""Requirements that exclude each other: a proof for two of them, or a search for a smallest conflicting set.
+"""Requirements that exclude each other: a proof for two, or a smallest conflicting set.
 
-Proofs are by the triangle inequality of angles, and by the fixed distance between two points of a body.
+Proofs are by the triangle inequality of angles, and by the fixed distance of two points of a body.
 """
 
 from collections.abc import Sequence

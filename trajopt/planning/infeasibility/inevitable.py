@@ -1,4 +1,4 @@
-"""Proofs of inevitable collision with dynamic obstacles: at the start, at the goal, at a fixed link."""
+"""Proofs of inevitable collision with dynamic obstacles."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

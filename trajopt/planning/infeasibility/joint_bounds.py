@@ -1,4 +1,4 @@
-"""Proofs from the joints' own limits of speed, acceleration and jerk: bounds of travel, speed and time."""
+"""Proofs by the joints' limits of speed, acceleration and jerk."""
 
 from collections.abc import Iterator
 from math import inf, isfinite, sqrt

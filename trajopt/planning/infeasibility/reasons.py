@@ -1,4 +1,4 @@
-"""Reasons why there is no plan: the obstructions, their size and place, as data and in words."""
+"""Reasons why there is no plan, as data and in words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

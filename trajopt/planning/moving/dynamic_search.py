@@ -1,4 +1,4 @@
-"""Search among dynamic obstacles: the sources of the table in turn, until a motion is fast enough."""
+"""Search among dynamic obstacles: sources in turn, until a motion is fast enough."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""Path and time: the places along a planned path, and the times, at which an object is in the way."""
+"""Plane of path and time."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Rendezvous with a moving goal: its time, and a motion at rest relative to the goal then."""
+"""Rendezvous with a moving goal."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

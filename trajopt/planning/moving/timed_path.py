@@ -1,4 +1,4 @@
-"""Timed on its path: a motion along another's path that stops on its way, slows down, or passes before."""
+"""Motions along another's path that stop, slow down, or pass before."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Paths of RRT-Connect to all goal configurations together, shortened, and projected onto path constraints.
+"""Paths of RRT-Connect to all goal configurations together.
 
 Source: Kuffner and LaValle, ICRA 2000.
 """

@@ -1,4 +1,4 @@
-"""Joints of several degrees of freedom, such as the base: expanded to chains of simple joints, or fixed."""
+"""Joints of several degrees of freedom: expanded to simple joints, or fixed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Factory calibration of an arm of Universal Robots, read from its file and applied to a model.
+"""Factory calibration of an arm of Universal Robots.
 
 Parameters are Denavit and Hartenberg's: frame i + 1 is Rz(q + theta) Tz(d) Tx(a) Rx(alpha) in frame i.
 
@@ -119,8 +119,8 @@ class Arm:
     def corrections(self, chain: Chain) -> Chain:
         """Return the displacements of the joints by a calibrated chain.
 
-        A joint's frame is arbitrary along and about its axis, except for the last, which carries the flange:
-        each stays as near as possible to its nominal frame.
+        A joint's frame is free along and about its axis (but for the last, which carries the flange): each
+        stays nearest to its nominal frame.
         """
         found = _cumulated(self.base, chain)
         kept = [_nearest(frame, nominal) for frame, nominal in zip(found[:-1], self.frames[:-1], strict=True)]

@@ -1,4 +1,4 @@
-"""Compile one MuJoCo file in a child process, since some files take all memory or crash it.
+"""Compile a MuJoCo file in a child process, since some take all memory or crash.
 
 Standard input: a request in JSON; standard output: a line of JSON with the warnings, then the model (.mjb).
 """

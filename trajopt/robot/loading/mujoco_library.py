@@ -1,7 +1,6 @@
-"""MuJoCo, importable even if MUJOCO_GL names an OpenGL backend not installed.
+"""MuJoCo, importable even if MUJOCO_GL names an OpenGL backend not installed, which it loads at import.
 
-MuJoCo loads that backend at import, and fails with an AttributeError; physics needs no OpenGL. All other
-modules import `mujoco` from here, on first use.
+All other modules import `mujoco` from here, on first use.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""Pinocchio's model: its parts, plain data for pickles, descriptions made of it, notes on its physics."""
+"""Pinocchio's model: parts, pickles, descriptions, notes on its physics."""
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path

@@ -1,10 +1,9 @@
-"""Expand one xacro file in a child process that may read its packages and nothing else.
+"""Expand a xacro file in a child process that may read its packages and nothing else.
 
-Run as a script: a request in JSON on standard input, the URDF or a reason on standard output. Expressions of
-xacro are Python, so their effects are bounded by limits of the operating system
-(`trajopt/values/documents/bounded_child.py`), and by an audit hook (PEP 578) that refuses all events not
-needed for expansion. Functions of the operating system without such an event are removed, and expressions may
-not use names that lead to them.
+Standard input: a request in JSON; standard output: the URDF or a reason. Expressions of xacro are Python, so
+limits of the operating system bound their effects (`trajopt/values/documents/bounded_child.py`), and an audit
+hook (PEP 578) refuses all other events. Functions without such an event are removed, and expressions may not
+use names that lead to them.
 """
 
 import ast

@@ -1,8 +1,6 @@
 """Stand-ins for MoveIt's Python API: `moveit_commander`, its messages, and a simulated world.
 
-A script changes its imports (`from trajopt.ros import commander as moveit_commander`) and adds one line,
-`with commander.World("panda"):`, which selects the robot and scene. `docs/from-moveit.md` lists the calls.
-Misuse raises a `MoveItCommanderException`.
+See docs/from-moveit.md. Misuse raises a `MoveItCommanderException`.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,6 @@
-"""rosbridge, version 2: clients made for ROS and MoveIt plan and move as with a `move_group`.
+"""rosbridge, version 2, for clients made for ROS and MoveIt.
 
-`rosbridge_face` serves a `Service` this way; `docs/from-compas-fab.md` lists the supported requests and
-the differences.
+`rosbridge_face` serves a `Service` this way; see docs/from-compas-fab.md.
 """
 
 from trajopt.ros.rosbridge.description import RobotDescription as RobotDescription

@@ -1,4 +1,4 @@
-"""The robot cell shared by all clients of the bridge, like the nodes around one `move_group`."""
+"""The robot cell shared by all clients of the bridge."""
 
 import asyncio
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Driving one motion at a time through an executor, with proven stops, and the world that does so here."""
+"""Driving one motion at a time through an executor, with proven stops."""
 
 import time
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Execution of a motion: when it may start, its outcome, and the final error of the robot."""
+"""Execution of a motion, and its outcome."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

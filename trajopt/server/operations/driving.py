@@ -1,4 +1,4 @@
-"""Driving the simulated robot of a session: along a trajectory, or to a goal among changes of the scene."""
+"""Driving the simulated robot of a session."""
 
 import time
 from collections.abc import Callable

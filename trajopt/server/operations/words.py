@@ -1,7 +1,7 @@
 """The words of the Python API as JSON: `{"frame_placement": {"frame": "tool0", "placement": {...}}}`.
 
-A mapping with one of these words and the arguments of the function of that name represents the function's
-result. Lists represent tuples, and placements have the arguments of `placement`.
+A mapping of a function's name to its arguments represents its result; lists represent tuples, and placements
+have the arguments of `placement`.
 """
 
 import inspect

@@ -115,7 +115,7 @@ class Warehouse:
     def add_bundle(
         self, path: Path | str, name: str = "", *, tags: Sequence[str] = (), note: str = ""
     ) -> Entry:
-        """Store a bundle's file, by default under the name of its problem or of its task.
+        """Store a bundle's file, by default under the name of its problem or task.
 
         Raises:
             FileFormatError: If it is not a bundle, or cannot be stored.
@@ -192,7 +192,7 @@ class Warehouse:
 
     @checked
     def task(self, name: str, *, version: int | None = None) -> SavedResult:
-        """Return the result of a task, of a pick and place, or of following a curve; see `robot`.
+        """Return a `SavedResult`; see `robot`.
 
         Its motions are judged again.
         """

@@ -1,4 +1,4 @@
-"""follow(...): a timed and judged motion along a curve, as far as possible, and the reason for a stop."""
+"""follow(...): a judged motion along a curve, as far as possible."""
 
 from __future__ import annotations
 

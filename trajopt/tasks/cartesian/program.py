@@ -1,4 +1,4 @@
-"""The whole line as one program: all knots together, held on the curve, short, smooth and clear."""
+"""The whole line as one program: all knots together."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

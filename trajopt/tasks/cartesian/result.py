@@ -1,4 +1,4 @@
-"""Result of following a curve: the followed part, the reason for a stop, the motion and its certificate."""
+"""Result of following a curve."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Search for the joint path along a curve that gets farthest: tracking, look-ahead, one whole program."""
+"""Search for the joint path that gets farthest along a curve."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -161,10 +161,9 @@ def pallet(
     staggered: bool = False,
     access: ArrayLike = (0.0, 0.0, 0.0),
 ) -> tuple[Placement, ...]:
-    """Return the places of equal parts on a pallet or a tray, in an order in which each can be reached.
+    """Return the places of equal parts on a pallet or a tray.
 
-    They are filled layer by layer from below, in each layer the farthest place first. Parts are taken in the
-    reverse order: `reversed(pallet(...))`.
+    Their order is from below, in each layer the farthest first; parts are taken by `reversed(pallet(...))`.
 
     Args:
         corner: Placement of the part at a corner; columns are along its x, rows along y, layers along z.

@@ -1,4 +1,4 @@
-"""Picking and placing one object: a task of a pick and a place that rests after each motion."""
+"""Pick and place one object: a task that rests after each motion."""
 
 from __future__ import annotations
 
@@ -47,12 +47,11 @@ def pick_and_place(
     progress: Progress | None = None,
     degrees: bool = False,
 ) -> PickPlaceResult:
-    """Plan to pick up an object and place it elsewhere, as one sequence that is verified stage by stage.
+    """Plan to pick up an object and place it elsewhere, verified stage by stage.
 
-    Grasps are tried in order, and for each the places in order. Inverse kinematics and the straight lines of
-    all stages are checked first; then the motions are planned in order, each judged in its own scene: the
-    object is an obstacle, then attached, then an obstacle again. Among dynamic obstacles each motion starts
-    at its time in the sequence, and stays clear while the fingers close or open.
+    Grasps are tried in order, and for each the places. Inverse kinematics and the straight lines of all
+    stages are checked first; then the motions are planned, each judged in its own scene. Among dynamic
+    obstacles each motion starts at its time in the sequence, and stays clear while the fingers move.
 
     Args:
         scene: Robot and objects; the object is at rest in it.

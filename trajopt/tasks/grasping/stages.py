@@ -1,4 +1,4 @@
-"""Stages of a task that a gripper does: its fingers move, it picks an object up, it puts the object down."""
+"""Stages of a gripper: fingers move, pick, place."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -301,14 +301,14 @@ class PlaceObject(Value):
 
 
 def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
-    """Return the scene in which an object in the hand may touch its supports at first, for a time [s]."""
+    """Return the scene in which a held object may touch its supports at first, for a time [s]."""
     for support in supports:
         held = held.allow_contact(f"{name} stood on {support}", name, support, first=seconds)
     return held
 
 
 def lowering_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
-    """Return the scene in which an object in the hand may touch its supports at last, for a time [s]."""
+    """Return the scene in which a held object may touch its supports at last, for a time [s]."""
     for support in supports:
         held = held.allow_contact(f"{name} stands on {support}", name, support, last=seconds)
     return held

@@ -1,16 +1,8 @@
 """The codec of values: documents for JSON, and arrays in them.
 
-| value | document |
-| --- | --- |
-| instance of a class | `{"kind": name, field: ...}`: its arguments, without those that have their default |
-| member of an enumeration | `{"kind": name, "is": name}` |
-| mapping | `{"map": {...}}`, or `{"pairs": [[key, value], ...]}` if its keys are not texts |
-| set | `{"set": [...]}` |
-| number that is not finite | `{"number": "inf"}` |
-| array | `{"array": [...], "type": ...}` |
-
-Constructors check their arguments again when a document is read. A field that is itself named `kind` is
-written `kind_`. Containers, such as `trajopt.files.bundle`, add documents of their own.
+Format: docs/bundles.md#file-format; a member of an enumeration is `{"kind": name, "is": name}`.
+Constructors check their arguments again when a document is read. Containers, such as `trajopt.files.bundle`,
+add documents of their own.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,7 +1,6 @@
 """Text and JSON files, read with bounds; errors are typed and name the file.
 
-A file has at most 256 MB and 100 levels. A key that occurs twice in a mapping is an error; the parser would
-silently keep the last one.
+A file has at most 256 MB and 100 levels. A repeated key is an error.
 """
 
 import json

@@ -1,7 +1,6 @@
 """YAML files, read with bounds; errors are typed and name the file and the line.
 
-Aliases and merges expand to at most a million values. A key that occurs twice in a mapping is an error;
-PyYAML would silently keep the last one.
+Aliases and merges expand to at most a million values. A repeated key is an error.
 """
 
 from collections.abc import Hashable

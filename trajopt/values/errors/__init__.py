@@ -1,7 +1,6 @@
 """Errors of misuse: typed, naming the offender and likely alternatives.
 
-A problem without a plan is a `Status`, not an error. Each class also derives from the builtin exception that
-it refines.
+Each class also derives from the builtin exception that it refines.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Torques of joints by Newton's and Euler's equations, at times or over cells, with two derivatives in time.
+"""Torques of joints and two derivatives in time, at times or over cells.
 
 All vectors are along the axes of their own joint's frame. Source: Luh, Walker and Paul, On-line computational
 scheme for mechanical manipulators, 1980.

@@ -1,4 +1,4 @@
-"""The motion: bounds of the coordinates and their derivatives in each cell of a grid of times."""
+"""Bounds of the coordinates and their derivatives in each cell of a grid of times."""
 
 from __future__ import annotations
 

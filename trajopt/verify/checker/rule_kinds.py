@@ -1,4 +1,4 @@
-"""All kinds of requirements, and the rule of a waypoint: a requirement of the end holds at some moment."""
+"""All kinds of requirements, and the rule of a waypoint."""
 
 import copy
 from collections.abc import Callable, Mapping

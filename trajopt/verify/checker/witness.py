@@ -1,4 +1,4 @@
-"""The witness: times to look at, and for each pair leaves that cover the motion, each with a direction."""
+"""The witness: times, and leaves that cover the motion for each pair."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The judge's own forward kinematics of a reduced model, and bounds on the travel of its bodies."""
+"""The judge's own forward kinematics, and bounds on the travel of bodies."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,4 @@
-"""Objects edited by hand: added near the robot, moved, resized, grasped, released, removed.
-
-Each edit is a function from a scene to a scene.
-"""
+"""Objects edited by hand; each edit is a function from a scene to a scene."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, replace

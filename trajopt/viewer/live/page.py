@@ -1,4 +1,4 @@
-"""The live page: drag the hand, plan, look at the motion; alone, or for a session of `trajopt serve`."""
+"""The live page, alone or for a session of `trajopt serve`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

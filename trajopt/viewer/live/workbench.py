@@ -1,4 +1,4 @@
-"""Workbench: the state of the live page, independent of it: robot, objects and goal, as set by hand."""
+"""Workbench: the state of the live page, independent of it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -443,10 +443,9 @@ def _source(picture: Still) -> str:
 def write_report(
     what: Reported | MotionSequence[Any], path: Path | str, *, moving: bool = True, pictures: bool = True
 ) -> Path:
-    """Write a report: one self-contained HTML page, for a browser or for printing; return the path.
+    """Write a report as one self-contained HTML page; return the path.
 
-    It shows the motion in 3-D, the proof, binding limits, curves over time, prices of the constraints and all
-    attempts; for a failure the cause and the nearest free configuration.
+    docs/bundles.md#a-report lists its parts.
 
     Args:
         what: A result, a plan, an unplanned problem, or a bundle, which is drawn as by `trajopt view` after

@@ -1,8 +1,8 @@
 """Measured rows as a CasADi function with a sparse Jacobian.
 
-A CasADi program has a fixed number of rows, so measured rows fill slots: one for each component and sample of
-a permanent row, or a few for the rows nearest to their bound, in each segment and for each link. The Hessian
-of these rows is the Gauss-Newton approximation.
+Measured rows fill a fixed number of slots: one for each component and sample of a permanent row, or a few for
+the rows nearest to their bound, in each segment and for each link. Their Hessian is the Gauss-Newton
+approximation.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Requests of clients made for ROS: the message, the robot state in it, and MoveIt's error codes."""
+"""Requests of clients made for ROS, and MoveIt's error codes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

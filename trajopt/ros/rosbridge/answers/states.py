@@ -1,4 +1,4 @@
-"""The state of the robot and the planning scene: MoveIt's services, editing topics, and clouds of cameras."""
+"""MoveIt's services and topics of robot state, planning scene and clouds."""
 
 from collections.abc import Sequence
 from dataclasses import replace
