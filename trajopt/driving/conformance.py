@@ -50,8 +50,8 @@ def conformance(
 ) -> tuple[Rule, ...]:
     """Test whether an executor follows the rules; the robot moves.
 
-    All joints move by a small step and back, slowly and then fast. The space for it must be free, and the
-    robot at rest without a fault. The delay of the fast motion gives the tracking error at full speed.
+    All joints move by a small step and back, slowly and then fast; the delay of the fast motion gives the
+    tracking error at full speed. The space for it must be free, and the robot at rest without a fault.
 
     Args:
         step: Step of each joint [rad | m].

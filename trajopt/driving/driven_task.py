@@ -42,7 +42,6 @@ class _Command:
     Attributes:
         positions: Of all joints afterwards [rad | m].
         takes: The object that it grasps; empty for none.
-        stage: The stage that grasps it.
         grasp: The grasp; None of a suction cup.
         opened: Positions of all joints before a grasp, with open fingers [rad | m].
         opening: Between the pads then [m].

@@ -113,10 +113,10 @@ class _Candidate:
 class Guard(CommitLoop):
     """Drives the actions of a policy, each of them proven before it is driven.
 
-    At all times the executor holds a motion and a stop, proven as one motion in the world as last reported:
-    if the policy falls silent, or its actions are late, not numbers, or not proven, the robot stops as proven
-    before. `act` takes a chunk of actions; `tick` watches robot and world, and goes on with a partly
-    committed chunk. Call `tick` in every control cycle (20 ms).
+    The executor always holds a motion and a stop, proven as one motion in the world as last reported, for
+    policies that fall silent, and actions that are late, not numbers, or not proven. `act` takes a chunk of
+    actions; `tick` watches robot and world, and goes on with a partly committed chunk. Call `tick` in every
+    control cycle (20 ms).
 
     Attributes:
         problem: Robot, group, scene, limits and path constraints; its goal does not count.

@@ -31,10 +31,9 @@ REHEARSED = Twist(np.array((0.01, 0.0, 0.0)))
 class Servo(CommitLoop):
     """Drives a robot by the present command: a velocity of its tool or joints, or a pose of its tool.
 
-    At all times the executor holds the motion of a tick followed by a stop, proven as one motion in the world
-    as last reported. Each tick finds the joint velocities that follow the command best within all limits,
-    approaching obstacles and singularities only as fast as the robot can stop. If the next motion is not
-    proven, or no further tick or command comes, the robot stops as proven before.
+    The executor always holds the motion of a tick and a stop, proven as one motion in the world as last
+    reported. Each tick finds the joint velocities that follow the command best within all limits, approaching
+    obstacles and singularities only as fast as the robot can stop.
 
     Attributes:
         problem: Robot, group, scene, limits and path constraints; its goal does not count.

@@ -334,7 +334,7 @@ RELEASED = "the button was let go"
 class Gamepad:
     """A gamepad found by pygame.
 
-    The buttons are named as on an Xbox pad; other pads have them in the same places.
+    Buttons are named as on an Xbox pad.
 
     - LB, held: the robot follows; released, it stops (a dead man's button).
     - Left stick: up moves along x, left along y. Right stick: up moves along z, left turns about z.
@@ -344,8 +344,8 @@ class Gamepad:
     The axes belong to the given frame. A stick at its end gives 1, which `ServoOptions.scaling` and `turning`
     convert to m/s and rad/s; `dead_zone` is a share of the stick's range.
 
-    pygame and its SDL have one state per process: it is initialised with the first gamepad, without a window
-    unless the program has one, and remains after `close`.
+    pygame has one state per process: it is initialised with the first gamepad, without a window, and remains
+    after `close`.
     """
 
     @checked

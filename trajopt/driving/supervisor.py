@@ -38,9 +38,8 @@ SLOW = 1e-2
 class Supervisor(CommitLoop):
     """Drives a robot to goals.
 
-    At all times the executor holds a short piece of the motion followed by a stop along its path, proven as
-    one motion in the world as last reported. Each cycle proves the next one and splices it in where the last
-    one would begin to brake; otherwise the robot stops as proven before.
+    The executor always holds a short piece of the motion and a stop along its path, proven as one motion in
+    the world as last reported. Each cycle splices in the next one where the last one would begin to brake.
     """
 
     options: SupervisorOptions = DEFAULT

@@ -82,7 +82,6 @@ class Surprises(Value):
     Attributes:
         objects: Objects that appear or move.
         sensors: Delay and noise of measurements of the robot; objects are seen with the same delay.
-        faults: Faults of the robot.
     """
 
     objects: Sequence[Surprise] = ()

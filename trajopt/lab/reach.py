@@ -36,7 +36,6 @@ class ReachMap(Value):
     be reachable.
 
     Attributes:
-        reference: The reference frame of positions.
         origin: Lowest corner of the grid, shape (3,) [m].
         cell: Edge of a cell [m].
         hits: Configurations with the frame in each cell, shape (X, Y, Z).

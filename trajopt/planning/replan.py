@@ -29,9 +29,9 @@ from trajopt.verify import Judge
 def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
     """Return a problem with its start on a running motion: its position, velocity and acceleration at a time.
 
-    The plan goes on from there without a jump. Joints outside the group are at the problem's own start. After
-    the end of the motion it is at rest. A deadline comes sooner by that time. If objects in the scene move,
-    pass the scene at the start of the new motion (`scene.at`).
+    Joints outside the group are at the problem's own start. After the end of the motion it is at rest. A
+    deadline comes sooner by that time. If objects in the scene move, pass the scene at the start of the new
+    motion (`scene.at`).
 
     Args:
         problem: The requirements of the motion from there on.
@@ -98,10 +98,9 @@ def replan(
 ) -> Result:
     """Plan from a point of a running motion, beginning with the rest of it.
 
-    First shape and timing of the rest are optimised together, in about the same time: that mostly takes a
-    quarter of the time of planning from scratch, and the arm nearly keeps its course. If that gives no
-    verified motion, `plan` plans from there. Both continue the running motion without a jump of position,
-    velocity or acceleration.
+    First shape and timing of the rest are optimised together, mostly in a quarter of the time of planning
+    from scratch. If that gives no verified motion, `plan` plans from there. Both continue the running motion
+    without a jump of position, velocity or acceleration.
 
     Args:
         problem: The requirements from then on, in the scene as it will be then; see `on_the_way`.

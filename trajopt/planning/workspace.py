@@ -60,7 +60,6 @@ class PlanningWorkspace(Printed):
     """One per thread; serves any number of attempts at the same problem.
 
     Attributes:
-        problem: The problem, with one goal.
         tracker: Counts work and time, and stops planning.
     """
 

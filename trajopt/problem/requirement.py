@@ -82,7 +82,6 @@ class Relaxation:
 
     Attributes:
         what: Name of the number in reports.
-        largest: Largest change.
         unit: Unit in reports.
         apply: Returns the requirement relaxed by an amount.
         shrinks: Whether the number shrinks.
@@ -180,7 +179,6 @@ def registered(dispatch: Dispatch[Result_co], kind: type[Requirement], what: str
     Installed packages are imported before an error is raised.
 
     Args:
-        dispatch: Dispatching function.
         what: Name of the registered function in the error.
     """
     if not has(dispatch, kind):

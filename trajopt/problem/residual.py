@@ -96,7 +96,7 @@ class Cost:
 class Constraint(Value):
     """A residual in the role of a constraint: every row between bounds.
 
-    Made by `constraint`; its fields are the arguments.
+    Fields: arguments of `constraint`.
     """
 
     residual: Residual

@@ -268,11 +268,7 @@ MOST_KNOTS = 2000
 
 
 def stated_knots(robot: Robot, group: str, stated: int, waypoints: int = 0) -> int:
-    """Return the number of knots of a group's path: the stated number, or the default if it is 0.
-
-    Args:
-        stated: `Problem.knots`.
-    """
+    """Return the number of knots of a group's path: the stated number, or the default if it is 0."""
     if stated != 0:
         whole = isinstance(stated, int)  # pyright: ignore[reportUnnecessaryIsInstance]
         if not whole or not 3 <= stated <= MOST_KNOTS:

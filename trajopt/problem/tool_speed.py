@@ -25,7 +25,7 @@ class ToolSpeed(Value):
     They depend on the timing of a path, not on its shape: retiming enforces them, and the judge measures the
     timed motion.
 
-    Made by `tool_speed`; its fields are the arguments. Unset limits are infinite [m/s, rad/s].
+    Fields: arguments of `tool_speed`. Unset limits are infinite [m/s, rad/s].
     """
 
     GIVEN_AS: ClassVar[str] = "Problem(tool_speed=...), or GraspingOptions(tool_speed=...)"

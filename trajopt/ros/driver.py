@@ -72,10 +72,7 @@ class _Measured:
 class FollowJointTrajectoryExecutor:
     """Drives a robot through rosbridge, by the action `FollowJointTrajectory` and the topic of joint states.
 
-    Each spliced motion becomes a goal: the rest of the current motion, followed by the new motion, with
-    velocities and accelerations, stamped with the present time. A joint trajectory controller replaces its
-    current goal by it, and so drives the same polynomials up to the splice. The executor's clock is the clock
-    of the ROS stamps, which must run in real time.
+    See docs/drivers.md#a-robot-in-ros. The executor's clock is the ROS stamps', which must run in real time.
     """
 
     @checked

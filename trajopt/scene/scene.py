@@ -708,9 +708,8 @@ class Scene(Value):
     ) -> Scene:
         """Require that a motion holds for every robot that differs from its description by no more than this.
 
-        Clearances are proven with a bound of the displacement of each pair of bodies, limits of torque with
-        the least and the largest mass of attached objects. Goals and requirements of frames are those of the
-        described robot: nothing corrects where the real tool is.
+        Clearances and torques are proven for all of these robots, goals and requirements of frames for the
+        described one (docs/goals-and-scenes.md#model-errors).
 
         Args:
             joints: Error of the zero position of every joint that turns [rad], or of single joints and those

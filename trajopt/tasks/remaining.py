@@ -18,7 +18,6 @@ class RemainingStages:
     """The stages that remain.
 
     Attributes:
-        scene: The world.
         done: Names of steps of the plan that are done.
         ahead: Names of steps of the plan that remain -> positions of all joints at their ends [rad | m].
         failed: Stage -> grasps that held nothing.

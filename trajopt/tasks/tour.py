@@ -179,7 +179,6 @@ def travel_time(start: Floats, end: Floats, limits: JointLimits, *, rests: bool)
     Args:
         start: Shape (..., n) [rad | m].
         end: Shape (..., n) [rad | m].
-        limits: Limits of the n joints.
         rests: Whether the arm rests at both.
 
     Returns:

@@ -280,7 +280,6 @@ class Remedy:
     """A change that makes a problem solvable, while half of it does not: both were planned.
 
     Attributes:
-        unit: Unit of the amount.
         result: The verified plan of it.
         half: The failure with half of the change.
     """

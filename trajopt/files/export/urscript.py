@@ -187,7 +187,6 @@ class UrProgram:
         process: Standard digital output of the process, 0 to 7; None for none.
         tolerance: Largest distance of the straight lines from a curve along each axis [m].
         blend: Largest blend radius of their corners [m].
-        stream: Options of the streams.
     """
 
     grip: int | None = None

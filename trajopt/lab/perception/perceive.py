@@ -142,9 +142,7 @@ def with_unseen(
 
     A cube is empty if every pixel of an image that sees any of it measured a surface behind it, less the
     noise. The robot's place at the time of an image, with `sensing.padding`, is not solid: otherwise it could
-    not move. Certificates state this assumption, with the number and extent of these cubes. Everything else
-    in the workspace that has not moved since is avoided, provided that the camera's noise and placement are
-    as stated.
+    not move. Certificates state this assumption. See docs/clouds.md#from-a-camera.
 
     Args:
         sensing: Parameters, with a workspace.

@@ -137,7 +137,6 @@ def goal_candidates(
 
     Args:
         rng: Draws the starts after the first, which is the start configuration.
-        starts: Starts of a wave.
         method: Moves starts until they hold the goals.
         effort: Effort limits for holding still, shape (n,) [Nm | N]; not considered when None.
         check: Called before every wave; may raise to stop.

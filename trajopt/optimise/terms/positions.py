@@ -92,8 +92,7 @@ class RegionCoordinates:
     """Coordinates of the point in the nearest member that bound the member [m].
 
     Flat faces give linear rows. Round ones give the distance from the centre or axis, and the coordinates
-    across besides: a coordinate's slope does not turn with the point, so that long steps still end in a
-    narrow tube.
+    across, whose slopes do not turn with the point, so that long steps still end in a narrow tube.
 
     Components 4 m ... 4 m + 3 are of member m: x, y, z of a box; x, y, z and the distance from the
     centre of a sphere; x, y, the distance from the axis and z of a cylinder; z of a half-space. Only

@@ -142,7 +142,6 @@ def manipulability(
         weight: Of the cost at a singularity.
         length: Length that a radian of rotation counts as [m]; 0 counts the origin's motion only.
         loss: Squared by default.
-        window: Part of the motion in which it counts.
     """
     return Cost(LostManipulability(frame, reference, length), weight, loss, window)
 

@@ -283,9 +283,8 @@ LISTED = 0.3
 def holding_rows(problem: Problem, query: Evaluator, stops: Floats) -> tuple[Constraint, ...]:
     """Return the rows that keep the joints able to hold the load still; none if they always are.
 
-    No timing helps a path on which a joint needs more than its effort limit to stand still. Joints that
-    gravity cannot overload have no rows. A joint may use its share, or its load at a fixed stop if that is
-    larger. If the problem itself limits the share of gravity, that is enough.
+    Joints that gravity cannot overload have no rows. A joint may use its share, or its load at a fixed stop
+    if that is larger. If the problem itself limits the share of gravity, that is enough.
 
     Args:
         stops: Configurations that the motion passes in any case, shape (k, n) [rad | m].

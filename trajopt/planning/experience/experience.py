@@ -233,8 +233,7 @@ class Experience:
     """Remembers motions and their successes: `plan(problem, experience=experience)`.
 
     For a problem in a static scene that begins at rest, without waypoints, the path of the most similar
-    solved problem is tried first, and judged like any other. Threads and, with a warehouse, processes may
-    share one.
+    solved problem is tried first. Threads and, with a warehouse, processes may share one.
 
     Attributes:
         storage: This process alone by default. `Warehouse.experience` keeps memories in a file.

@@ -116,7 +116,6 @@ class InTime:
     """Looks for reasons why a problem has no motion in time; one for each thread.
 
     Attributes:
-        problem: The problem, with one goal.
         timed: Its model among changing objects.
     """
 

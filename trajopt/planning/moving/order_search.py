@@ -45,7 +45,6 @@ class SpeedChange:
     time.
 
     Attributes:
-        ticks: Ticks that it takes.
         passed: Ticks at which it enters and leaves each cell, shape (span, 2).
     """
 

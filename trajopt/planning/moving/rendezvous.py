@@ -272,10 +272,9 @@ class FollowingFrame:
 class FollowingMotion:
     """The joint motion that follows a goal, around the time at which it is met.
 
-    A motion y that ends at rest, at the frame's place of a time T, is made into one that meets the frame
-    then, by adding the joint travel that follows the frame from the configuration at T: q*(t) - q*(T). That
-    is exact in the last part, so that the robot moves relative to the frame as y does. Before, the added part
-    grows from zero, by a quintic. So the sum begins as y does, and at T it has the frame's velocity and
+    To a motion y that ends at rest, at the frame's place of a time T, it adds the joint travel that follows
+    the frame from the configuration at T: q*(t) - q*(T), exact in the last part. Before, the added part grows
+    from zero, by a quintic. So the sum begins as y does, and at T it has the frame's velocity and
     acceleration.
 
     Attributes:

@@ -28,7 +28,7 @@ class FollowsCurve(Requirement):
 
     At each time t the frame is within the tolerances of a location s(t) of the curve, and s never decreases.
 
-    Made by `follows_curve`; its fields are the arguments.
+    Fields: arguments of `follows_curve`.
     """
 
     frame: str

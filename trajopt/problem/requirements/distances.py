@@ -21,7 +21,7 @@ from trajopt.values.printed import in_length, in_point, seen_from
 class DistanceBetween(Requirement):
     """Bounds on the distance between points of two frames.
 
-    Made by `distance_between`; its fields are the arguments.
+    Fields: arguments of `distance_between`.
     """
 
     first: str
@@ -112,7 +112,7 @@ class LineOfSight(Requirement):
     The judge uses the convex parts of objects. It ignores robot links and the objects to which camera and
     target are fixed. Dynamic obstacles are placed by time; objects that appear or expire count at all times.
 
-    Made by `line_of_sight`; its fields are the arguments, with `ignore` stored as `ignored`.
+    Fields: arguments of `line_of_sight`, with `ignore` stored as `ignored`.
     """
 
     frame: str

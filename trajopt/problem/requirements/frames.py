@@ -45,7 +45,7 @@ class FramePlacement(Requirement):
     The error is e = (R_goal^T (p - p_goal), rotation coordinates of R_goal^T R): position [m] and
     rotation [rad] along the axes of the goal placement. |e_i| must not exceed its tolerance.
 
-    Made by `frame_placement`; its fields are the arguments.
+    Fields: arguments of `frame_placement`.
     """
 
     frame: str
@@ -202,7 +202,7 @@ def frame_placement(
 class AxisAlignment(Requirement):
     """An axis of a frame lies within a cone about a direction; spin about it is free.
 
-    Made by `axis_alignment`; its fields are the arguments.
+    Fields: arguments of `axis_alignment`.
     """
 
     frame: str
@@ -279,7 +279,7 @@ class Gaze(Requirement):
 
     Occlusion is a separate requirement, `LineOfSight`.
 
-    Made by `gaze`; its fields are the arguments.
+    Fields: arguments of `gaze`.
     """
 
     frame: str

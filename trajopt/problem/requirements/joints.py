@@ -120,9 +120,6 @@ def together(required: Sequence[Requirement]) -> tuple[Requirement, ...]:
 
     The merged requirement allows the intersection of their ranges and aims at its middle. Joint positions
     with an empty intersection, and other requirements, are unchanged.
-
-    Args:
-        required: Requirements at one moment.
     """
     asked = [item for item in required if isinstance(item, JointPositions)]
     names = list(dict.fromkeys(joint for item in asked for joint in item.positions))
@@ -150,7 +147,7 @@ def together(required: Sequence[Requirement]) -> tuple[Requirement, ...]:
 class CoupledJoints(Requirement):
     """A weighted sum of joint positions equals a value, within a tolerance.
 
-    Made by `coupled_joints`; its fields are the arguments.
+    Fields: arguments of `coupled_joints`.
     """
 
     weights: Mapping[str, float]
@@ -188,7 +185,6 @@ def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, toleranc
 
     Args:
         weights: Joint -> its factor in the sum of positions [rad | m]; at least one that is not zero.
-        value: Value of the sum.
         tolerance: Largest deviation to either side, > 0.
 
     Raises:
@@ -218,7 +214,7 @@ class GravityTorque(Requirement):
     No timing helps if a joint cannot hold a posture. Attached objects count if the scene gives them a mass.
     Joints without an effort limit are unconstrained.
 
-    Made by `gravity_torque`; its fields are the arguments.
+    Fields: arguments of `gravity_torque`.
     """
 
     share: float
@@ -267,7 +263,7 @@ class SingularityDistance(Requirement):
     slowest direction (for n < 6: among the directions in which it can move) at joint velocities of Euclidean
     norm one. With length 0 only the point counts: the Jacobian is 3 by n.
 
-    Made by `singularity_distance`; its fields are the arguments.
+    Fields: arguments of `singularity_distance`.
     """
 
     frame: str

@@ -205,7 +205,7 @@ def _in_words(shape: Region, where: Placement) -> str:
 class PointOnArc(Requirement):
     """A point of a frame is within a distance of an arc.
 
-    Made by `point_on_arc`; its fields are the arguments.
+    Fields: arguments of `point_on_arc`.
     """
 
     frame: str

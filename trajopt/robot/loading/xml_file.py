@@ -76,8 +76,7 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
     """Return the URDF of a xacro file.
 
     `$(find NAME)` is the package of the file, a package in a package directory or next to the file's package,
-    or one that ROS knows. Expressions are Python, so the file is expanded in a child process that can only
-    read these folders.
+    or one that ROS knows. A child process that can only read these folders expands the file.
 
     Args:
         package_dirs: Folders of packages, or with packages in them.

@@ -30,9 +30,8 @@ class Distro(Enum):
 class RosbridgeOptions(Value):
     """Addresses of the bridge, and admission of clients.
 
-    The protocol has no token: every client that reaches the port can drive the robot. Therefore the bridge
-    listens on this machine by default, admits only the web pages of `origins`, and can require a token in the
-    address. The port of the meshes requires none.
+    The protocol has no token: every client that reaches the port can drive the robot
+    (docs/from-compas-fab.md#access). The port of the meshes requires none.
 
     Attributes:
         mesh_port: Port of the meshes over HTTP; 0 for any free port.

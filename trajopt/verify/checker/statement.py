@@ -99,7 +99,6 @@ class EndStates:
         positions: Of the coordinates at the start, shape (n,), as the others.
         accelerations: Likewise; not checked if all are 0, except for jumps if jerk is limited.
         speed: Of velocities and accelerations, and of the rest at the end.
-        rests: Whether it must end at rest.
     """
 
     positions: Floats
