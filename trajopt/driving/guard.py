@@ -29,9 +29,8 @@ from trajopt.values.trajectory import Trajectory
 RATES = (1.0, 0.5, 0.25)
 """Rates at which the actions are tried, the next if no motion along them is within the limits."""
 DEVIATIONS = (1e-5, 1e-3, 3e-2, 0.3)
-"""Deviations from the actions that weigh as much as the largest jerk [rad | m]: the repeatability of an arm,
-the
-noise of a policy, a jump of its actions, and the way in which an arm comes up to speed.
+"""Deviations from the actions that weigh as much as the largest jerk [rad | m]: the repeatability of an
+arm, the noise of a policy, a jump of its actions, and an arm that comes up to speed.
 """
 SAME = 1e-3
 """Largest deviation at which an action counts as unchanged [rad | m]."""

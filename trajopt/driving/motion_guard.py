@@ -22,8 +22,7 @@ from trajopt.values.trajectory import Trajectory, state_of
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
 FIRST_INTERVALS = 8
-"""Intervals of a piece and its stop at the start of a proof: half as many as for a whole motion, which is
-about twice as long."""
+"""Intervals of a piece and its stop at the start of a proof: half as many as for a whole motion."""
 DISTANCE_STATUSES = {
     Status.START_IN_COLLISION,
     Status.CLEARANCE_IMPOSSIBLE,

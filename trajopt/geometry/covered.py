@@ -21,10 +21,7 @@ from trajopt.values.cached import cached_per_value
 from trajopt.values.shapes.clouds import Points, Voxels
 
 CELL = 0.03
-"""Cells that a cloud is cut into, at least as large as its balls or cubes [m]: no place in a box is much
-farther
-than this from a point.
-"""
+"""Cells that a cloud is cut into, at least as large as its balls or cubes [m]."""
 MOST = 200
 """Boxes at most: among more a cloud is not looked at any sooner."""
 FEWEST = 200

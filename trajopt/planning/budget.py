@@ -14,10 +14,7 @@ from trajopt.values.arrays import function, number, one_of, unless_none
 from trajopt.values.errors import ProblemError, shown
 
 BACKSTOP = (10.0, 10.0)
-"""Factor and offset of the wall-time limit of a budget by another clock: a sleep costs no processor time, and
-a
-stopped clock would never end planning.
-"""
+"""Factor and offset of the wall-time limit of a budget by another clock: a sleep costs no processor time."""
 
 
 class Stop(Enum):

@@ -131,8 +131,6 @@ DYNAMIC: tuple[DynamicRow, ...] = (
     DynamicRow(MotionSource.DETOUR_AROUND_ENDS, attempts=4),
     DynamicRow(MotionSource.ALL_SEEDS, attempts=12),
 )
-"""The order of the sources among dynamic obstacles: fast ones before slow ones, and a proof before the
-sources
-that it makes unnecessary. A detour has a straight line and three sampled paths: obstacles at rest in all
-their places often leave no path.
+"""The order of the sources among dynamic obstacles: fast ones first, and a proof before the sources that
+it makes unnecessary. A detour has a straight line and three sampled paths.
 """

@@ -32,9 +32,7 @@ MOST_DEGREE = 5
 JUMP = 1e-6
 """Largest gap between consecutive pieces [m | rad], from rounding in files."""
 TOLERANCE = 2e-3
-"""Default error of the tracks of another robot [m]: far below the margin of motions, and of the size of an
-arm's tracking error at speed.
-"""
+"""Default error of the tracks of another robot [m]: the size of an arm's tracking error at speed."""
 STEADY = 1e-12
 """Slower rotations count as none [rad/s]."""
 

@@ -19,9 +19,8 @@ from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.values.arrays import Bools, Floats
 
 AZIMUTHS = np.deg2rad(np.arange(0.0, 360.0, 15.0) + 140.0)
-"""Viewing directions about z [rad]: between neighbours the apparent width of a flat object changes by at most
-a quarter. The
-first one, from the left front of a robot that faces x, wins ties.
+"""Viewing directions about z [rad]: between neighbours the apparent width of a flat object changes by at
+most a quarter. The first one wins ties.
 """
 ELEVATIONS = np.deg2rad((-20.0, -35.0, -50.0))
 """Viewing directions above the horizon [rad]: of a person from a distance, from nearby, and over a wall."""
@@ -32,10 +31,7 @@ MOMENTS = 12
 PIECES = 10
 """Fewest pieces of the robot's lines per half the size of the shown region."""
 THICKNESS = 0.1
-"""Parts of the robot closer to a piece than this share of the robot's length do not hide it: they are the
-link itself, the
-hand, or the attached object.
-"""
+"""Parts of the robot closer to a piece than this share of the robot's length do not hide it."""
 HIDES = 0.1
 """Share of a kind of curves above which an object that hides them is drawn translucent."""
 AFTER_HIT = 1e-6

@@ -41,7 +41,7 @@ ATTEMPTS = 16
 DEAD_ENDS = 4
 """Number of times that all ways of a stage may lead to nothing before the search ends.
 
-Each time an earlier stage was done in another way, which is rarely the remedy.
+Each time an earlier stage was done in another way.
 """
 
 

@@ -18,9 +18,8 @@ from trajopt.lab.campaign.row import row_of
 from trajopt.values.errors import TrajoptError
 
 BUNCH, BUNCH_SECONDS = 16, 0.25
-"""Most rows sent together, and longest delay [s]. Sending a row costs half a millisecond of two processes;
-unsent rows of a lost worker are planned again. A quarter of the problems that the worker has in
-advance, so that it never waits.
+"""Most rows sent together, and longest delay [s]. Sending a row costs half a millisecond of two processes.
+A quarter of the problems that the worker has in advance, so that it never waits.
 """
 DEATH_SIGNAL = 1
 """Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""

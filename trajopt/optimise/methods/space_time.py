@@ -25,8 +25,8 @@ from trajopt.values.trajectory import Trajectory
 SMOOTH = (Velocity, Acceleration, Jerk)
 """Terms that make a motion short and smooth."""
 PIECES, PIECES_AMONG_CHANGES = 1, 2
-"""Pieces for each knot of a path, which bends at its knots; among changing objects twice as many, since a
-motion that waits bends in time too.
+"""Pieces for each knot of a path; among changing objects twice as many, since a motion that waits bends in
+time too.
 """
 MOST_PIECES = 4
 """Most pieces: time and memory grow with them."""
@@ -37,10 +37,7 @@ SHRINK = 0.8
 PRECISION = 0.97
 """Relative precision of the shortest duration: about the cost of pieces of equal length."""
 GAIN = 0.02
-"""Least predicted share of violation that a step must remove if the caller has other ways to try: a descent
-with
-smaller steps rarely ends in a motion.
-"""
+"""Least predicted share of violation that a step must remove if the caller has other ways to try."""
 UNHURRIED = 1.25
 """Duration of a seed without time, as a multiple of the least that the joint limits allow."""
 

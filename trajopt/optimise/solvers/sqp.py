@@ -73,9 +73,8 @@ def _span(at: Linearisation) -> int:
 WIDENED = 0.1
 """Least width of the trust region after a round, or on finer samples."""
 NEAR_GAIN = 0.03
-"""Relative gain below which a seed that is nearly a solution is left unchanged. Costs are squares of travel:
-this
-is one or two hundredths of the travel.
+"""Relative gain below which a seed that is nearly a solution is left unchanged. This is one or two
+hundredths of the travel.
 """
 FINAL = {SolverStatus.MAX_ITERATIONS, SolverStatus.QP_FAILED, SolverStatus.NON_FINITE}
 """Endings after which no other penalty weight is tried."""
@@ -170,9 +169,8 @@ class Sqp:
 
 
 SILENCE = 3e-3
-"""Delay of reports of steps to a patient watch, with the step in progress: below Python's switching interval
-of
-threads and well below human perception [s].
+"""Delay of reports of steps to a patient watch, with the step in progress: below Python's switching
+interval of threads [s].
 """
 ENDINGS = (
     SolverStatus.CONVERGED,

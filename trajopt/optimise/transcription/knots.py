@@ -273,8 +273,7 @@ def _check_waypoints(problem: Problem, places: Sequence[int]) -> None:
 
 USABLE = 0.9
 """Part of the rest above the share that a path may use if necessary. The remainder is for the distance
-between
-samples and for rounded corners, which displace the payload by a few millimetres.
+between samples and for rounded corners.
 """
 LISTED = 0.3
 """Distance below its share from which a joint gets a row: a step may change its load by about that."""

@@ -25,9 +25,7 @@ from trajopt.values.arrays import Bools, Floats, Ints, Printed, Rows
 TAPER_KNOTS = 3.0
 """Knots over which a margin grows from its value at a fixed end to its full size."""
 LONG_TAPER = 0.25
-"""Part of the motion over which requested margins grow, which may be many times larger than a body's travel
-between two knots. In the middle half of the motion they have their full size.
-"""
+"""Part of the motion over which requested margins grow: full size in its middle half."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +149,8 @@ LEAST = 1e-7
 
 
 MOST_KEPT = {"m": 0.01, "rad": 0.05}
-"""Largest reserve, by unit: retiming leaves a path by up to 5 mm, which turns a frame by this at a lever of a
-decimetre. A tenth of a wide cone would be far more.
+"""Largest reserve, by unit: retiming leaves a path by up to 5 mm, which turns a frame by this at a lever
+of a decimetre.
 """
 
 

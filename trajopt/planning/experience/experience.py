@@ -205,9 +205,9 @@ class InProcessStorage:
 
 
 FAR = 0.3
-"""Largest distance of a problem from a remembered one: the largest difference of a joint at the start
-[rad | m], plus that of a number of the goal, plus the mean distance of the objects [m]. A metre counts as a
-radian: an arm of a metre moves its hand by as much. Beyond the width of an arm a free path is little use.
+"""Largest distance of a problem from a remembered one: the largest difference of a joint at the start [rad
+| m], plus that of a number of the goal, plus the mean distance of the objects [m]. A metre counts as a
+radian.
 """
 SAME = FAR / 2.0
 """A motion from a nearer memory is not remembered: that memory suffices."""

@@ -27,9 +27,8 @@ from trajopt.values.placement import as_rotation_vector
 from trajopt.values.trajectory import Path, Trajectory
 
 STEP = 0.25
-"""Step between the tried times [s]; then the interval between the last failure and the next time is halved.
-Steps
-grow to a tenth of the time: a late meeting is hardly worse a little later.
+"""Step between the tried times [s]; then the interval between the last failure and the next time is
+halved. Steps grow to a tenth of the time.
 """
 GROWTH = 0.1
 HALVINGS = 3

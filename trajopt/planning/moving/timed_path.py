@@ -27,10 +27,7 @@ from trajopt.values.arrays import Floats, Ints
 from trajopt.values.trajectory import Interpolation, Trajectory
 
 CELLS = (24, 200)
-"""Least and most cells of a path: each as long as the sampling interval, but enough for a short motion, and
-few
-enough to be searched in time.
-"""
+"""Least and most cells of a path: each as long as the sampling interval, within these bounds."""
 SLOWER = 1.005
 """The clock is slower than the fastest by this, so that a change that holds all limits at samples does so
 between

@@ -202,8 +202,7 @@ def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, toleranc
 
 SHARE = 0.9
 """Default share of an effort limit for gravity. The rest accelerates the arm: with a share r left,
-acceleration is r times and duration 1 / sqrt(r) times the value without gravity: three times the duration
-with a tenth, ten times with a hundredth.
+acceleration is r times and duration 1 / sqrt(r) times the value without gravity.
 """
 
 

@@ -31,10 +31,7 @@ STILL = 1e-6
 POLL = 0.01
 """Interval of checks whether a motion has ended [s]."""
 OFFERS = 4
-"""Offers of a motion to an executor that refuses it, each later: the computation may have been slow, or a
-foreign motion
-may have a jump of acceleration at the junction.
-"""
+"""Offers of a motion to an executor that refuses it, each later."""
 SHORTEST = 0.05
 """Shortest duration of a correction of the start [s]: many periods of a controller."""
 SAMPLES = 200
