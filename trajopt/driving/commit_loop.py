@@ -318,7 +318,7 @@ def off_track(executor: Executor, committed: CommittedMotion, robot: Robot) -> s
 
 
 def outside_limits(problem: Problem, executor: Executor) -> str:
-    """List the joints outside the group outside their limits; empty if none."""
+    """List the joints outside the group that exceed their limits; empty if none."""
     robot, reduced = problem.scene.robot, problem.reduced
     limits, start, driven = robot.limits, problem.start_positions, executor.joint_names
     found: list[str] = []

@@ -36,7 +36,7 @@ class RecordedMotion(Value):
     """A motion on the clock of the recording.
 
     Attributes:
-        trajectory: Of the group's joints, or None from then on.
+        trajectory: Of the group's joints; None if there is none from then on.
     """
 
     since: float

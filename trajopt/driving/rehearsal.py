@@ -232,5 +232,5 @@ def _trajectory(names: tuple[str, ...], samples: list[tuple[float, Floats, Float
 
 
 def _finite(number: float) -> float | None:
-    """Return a number for JSON, without infinity."""
+    """Return a number for JSON; None for infinity."""
     return number if isfinite(number) else None

@@ -344,8 +344,8 @@ class Gamepad:
     The axes belong to the given frame. A stick at its end gives 1, which `ServoOptions.scaling` and `turning`
     convert to m/s and rad/s; `dead_zone` is a share of the stick's range.
 
-    pygame has one state per process: it is initialised with the first gamepad, without a window, and remains
-    after `close`.
+    pygame has one state per process: it is initialised with the first gamepad, without a window unless the
+    program has one, and remains after `close`.
     """
 
     @checked

@@ -85,7 +85,7 @@ class Supervisor(CommitLoop):
 
         Raises:
             ProblemError: If the group or robot is another one, the goal moves, or the radius is negative; or
-                if a task moves fingers without driver, or has a radius.
+                if a task moves fingers without a driver, or has a radius.
         """
         if not isinstance(problem, Problem):
             self._go(problem, blend_radius)

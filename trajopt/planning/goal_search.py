@@ -96,7 +96,7 @@ def _ending_at(problem: Problem, positions: Floats) -> Problem:
 
 
 BRANCHES = 12
-"""Goal configurations planned to at most."""
+"""Most goal configurations to plan to."""
 CLOSE_BEND = 0.15
 """Bends of lines around the best motion so far, in ordinary steps."""
 

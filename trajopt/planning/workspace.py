@@ -233,7 +233,7 @@ class PlanningWorkspace(Printed):
 
         Args:
             certainty: Proven by default if the motion is verified.
-            path: The path, without a motion.
+            path: The path, if there is no motion.
             motion: The motion; its path and remarks are the result's.
             stopped: Reason for ending planning early.
         """

@@ -102,7 +102,7 @@ class ReducedRobot:
     Attributes:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         anchors: Carrying joint and placement of links, tool frames and the world, by name.
-        driven: Joints driven by time and carry dynamic obstacles; None to leave these out.
+        driven: Joints driven by time, which carry dynamic obstacles; None to leave these out.
     """
 
     model: pin.Model

@@ -187,7 +187,7 @@ class Scene(Value):
         return None
 
     def placement_at(self, name: str, time: float) -> Placement:
-        """Return the placement at a time [s] of an object placed in the world or moves by itself.
+        """Return the placement at a time [s] of an object that is placed in the world or moves by itself.
 
         Args:
             time: By the clock of the scene.

@@ -150,7 +150,7 @@ def _elastic(item: Constraint, motion: Motion) -> CostRows:
 STARTS = 128
 """Number of starts in the search of the goal."""
 POLISHED = 6
-"""Number of these optimised, the nearest ones."""
+"""Number of these to optimise, the nearest ones."""
 SPREADS = (0.0, 0.1, 0.3, 0.6, 1.0)
 """Standard deviations of starts around a configuration [rad | m]."""
 SEED = 0

@@ -24,7 +24,7 @@ class Asked:
     """The requirements of a proof.
 
     Attributes:
-        documents: The requirements part of the proof.
+        documents: Requirements of the proof.
         shown: Intervals in which requirements of all times can be shown.
         judged: Sentences on facts not part of the proof.
         times: Moments that the grid must have [s].

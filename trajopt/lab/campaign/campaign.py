@@ -70,7 +70,7 @@ DEFAULT_OPTIONS = (Options(),)
 LONGEST = 300.0
 """Wall-clock time after which a problem counts as hanging [s]: a thousand times the usual time."""
 SYSTEM = frozenset({"python", "machine"})
-"""Versions noted, and do not make another row."""
+"""Versions that are noted, and make no other row."""
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,7 @@ class CampaignFolder:
         return np.unique(np.array(ids, dtype="S32"))
 
     def missing(self) -> Iterator[CampaignTask]:
-        """Yield the rows without result yet, in order."""
+        """Yield the rows without a result, in order."""
         done = self.done()
         for task in self.tasks():
             place = int(np.searchsorted(done, task.id.encode()))

@@ -26,8 +26,8 @@ START = 120.0
 ATTEMPTS = 2
 """Crashes of a problem before it gets a row: one may be the machine's fault, such as low memory."""
 PIPED, LETTERS = 64, 2**15
-"""Most problems sent ahead, and of letters of their recipes beyond the first: a worker continues while its
-supervisor is busy, and sending never blocks.
+"""Most problems sent ahead, and most letters of their recipes beyond the first: a worker continues while
+its supervisor is busy, and sending never blocks.
 """
 ROOM = 2**18
 """Requested socket buffer [bytes]: the default is eight thousand on some systems, 200,000 on Linux."""

@@ -1,4 +1,4 @@
-"""Rule: the torques of coordinates stay below limits at all times, and at rest at the ends at rest.
+"""Rule: the torques of coordinates stay below limits at all times, and at rest at the ends that are at rest.
 
 In each cell of the grid a torque is within its second derivative times h^2/8 of its chord.
 """

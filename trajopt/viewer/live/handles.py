@@ -118,7 +118,7 @@ def _moved(reduced: ReducedModel) -> list[tuple[str, int, bytes]]:
 
 
 OBJECT_GIZMO = 0.15
-"""Length of the arrows at the object chosen: shorter than those at the hand [m]."""
+"""Length of the arrows at the chosen object: shorter than those at the hand [m]."""
 
 
 @dataclass(eq=False)
