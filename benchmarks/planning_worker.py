@@ -11,7 +11,11 @@ from functools import cache
 from pathlib import Path
 
 import trajopt as to
-from trajopt.files.moveit import read_request, read_scene
+
+try:
+    from trajopt.files.moveit import read_request, read_scene
+except ImportError:  # versions before 0.2
+    from trajopt.moveit import read_request, read_scene  # pyright: ignore
 
 DATA = Path(sys.argv[1])
 

@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.motion_bench_maker import in_turn, listed
 from benchmarks.page import table, write_section
 
-ROBOTS = {"panda": "Panda", "ur5": "UR5"}
+ROBOTS = {"panda": "Panda", "ur5": "UR5", "fetch": "Fetch", "baxter": "Baxter"}
 STAGES = ("examine", "seed", "optimise", "retime", "verify")
 HEAD = (
     "robot", "problems", "verified old", "verified new", "CPU ms old median / p90", "new", "new / old",

@@ -42,10 +42,11 @@ class TorqueSlopes:
 class DynamicsQuery:
     """Inverse dynamics; owns scratch memory, so one per thread."""
 
-    def __init__(self, reduced: ReducedModel) -> None:
+    def __init__(self, reduced: ReducedModel, bare: proximity.Dynamics | None = None) -> None:
+        """Make one for a model; `bare` is that of the robot without its payload, if the mass is uncertain."""
         self._core = _core(reduced)
-        self._doubtful = reduced.scene.model_error.payload
-        self._bare = self._core
+        self._uncertainty = reduced.scene.model_error.payload
+        self._bare = bare
 
     @property
     def core(self) -> proximity.Dynamics:
@@ -55,9 +56,11 @@ class DynamicsQuery:
     @staticmethod
     def loaded(reduced: ReducedModel) -> "DynamicsQuery":
         """Return the dynamics of a reduced model with its payload."""
-        query = DynamicsQuery(replace(reduced, model=loaded_model(reduced)))
-        query._bare = _core(reduced)
-        return query
+        model = loaded_model(reduced)
+        if model is reduced.model:
+            return DynamicsQuery(reduced)
+        bare = _core(reduced) if reduced.scene.model_error.payload > 0.0 else None
+        return DynamicsQuery(replace(reduced, model=model), bare)
 
     def gravity(self, positions: Floats) -> GravityTorques:
         """Return the torques that hold the arm still, with their derivatives.
@@ -93,10 +96,10 @@ class DynamicsQuery:
         """
         states = [np.ascontiguousarray(rows) for rows in (positions, velocities, accelerations)]
         torques = self._core.torques(*states)
-        if self._doubtful == 0.0 or self._bare is self._core:
+        if self._bare is None:
             return torques
         carried = torques - self._bare.torques(*states)
-        return torques + np.copysign(self._doubtful * np.abs(carried), torques)
+        return torques + np.copysign(self._uncertainty * np.abs(carried), torques)
 
 
 def _core(reduced: ReducedModel) -> proximity.Dynamics:
