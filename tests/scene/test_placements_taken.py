@@ -17,7 +17,7 @@ from trajopt.robot.robot import FrameAttachment
 from trajopt.scene.reducing import reduce_model
 from trajopt.tasks import MoveObject, cartesian, grasping
 from trajopt.tasks.cartesian import arc_about, arc_through, circle, line, polyline, raster, spline
-from trajopt.tasks.grasping import Grasp, Place
+from trajopt.tasks.grasping import Grasp, Place, pallet
 from trajopt.values.curve import Curve
 from trajopt.values.errors import ShapeError, SizeError
 from trajopt.values.placement import as_placement
@@ -96,6 +96,7 @@ TAKEN: dict[str, Callable[[to.Scene, Any], Any]] = {
     "arc_through": lambda scene, at: ends(arc_through(at, (0.4, 0.0, 0.5), FARTHER)),
     "arc_about": lambda scene, at: ends(arc_about(at, FARTHER, centre=centre(at))),
     "raster": lambda scene, at: ends(raster(SHEET, 0, 0.1, at=at)[0]),
+    "pallet": lambda scene, at: [place.homogeneous for place in pallet(at, (2, 1, 1), (0.1, 0.1, 0.1))],
     "MoveObject": lambda scene, at: MoveObject("box", at).placement.homogeneous,
     "circle": lambda scene, at: ends(circle(at, radius=0.1, rotation=np.eye(3))),
 }

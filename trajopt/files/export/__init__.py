@@ -9,6 +9,7 @@ from trajopt.files.export.exporter import Exporter as Exporter
 from trajopt.files.export.exporter import ModelExporter as ModelExporter
 from trajopt.files.export.exporter import ProgramExporter as ProgramExporter
 from trajopt.files.export.exporter import ProgramSection as ProgramSection
+from trajopt.files.export.exporter import curve_of
 from trajopt.files.export.sampled import Csv as Csv
 from trajopt.files.export.sampled import FollowJointTrajectory as FollowJointTrajectory
 from trajopt.files.export.sampled import JointTrajectory as JointTrajectory
@@ -17,7 +18,6 @@ from trajopt.files.export.sampled import RobotTrajectoryMessage as RobotTrajecto
 from trajopt.files.export.urscript import Movej as Movej
 from trajopt.files.export.urscript import Servoj as Servoj
 from trajopt.files.export.urscript import UrProgram as UrProgram
-from trajopt.problem.requirements import FollowsCurve
 from trajopt.scene import reduced
 from trajopt.scene.planned_robot import Planned, PlannedMotion, PlannedWhole
 from trajopt.values import arrays
@@ -106,8 +106,7 @@ def _sections(motion: Motions) -> list[ProgramSection]:
     if not isinstance(getattr(found, "segments", None), tuple):
         model, trajectory = _whole(motion)
         goals = getattr(getattr(found, "problem", None), "goals", ())
-        curve = next((goal for goal in goals if isinstance(goal, FollowsCurve)), None)
-        return [ProgramSection("motion", model, trajectory, curve)]
+        return [ProgramSection("motion", model, trajectory, curve_of(goals))]
     segments = found.require()
     scenes = [*(segment.result.problem.scene for segment in segments[1:]), found.final_scene]
     return [

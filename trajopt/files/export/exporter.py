@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from trajopt.planning.result import Result
-from trajopt.problem.requirements import FollowsCurve
+from trajopt.problem.requirements import FollowsCurve, Requirement
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Value
@@ -80,17 +80,22 @@ class ProgramSection(Value):
     def between(title: str, result: Result, rest: float, after: Scene) -> "ProgramSection":
         """Return the section of a planned motion, with the scene after it."""
         plan = result.require()
-        curves = [goal for goal in plan.problem.goals if isinstance(goal, FollowsCurve)]
         before, later = _held(plan.problem.scene), _held(after)
         return ProgramSection(
             title,
             plan.problem.reduced,
             plan.trajectory,
-            curves[0] if curves else None,
+            curve_of(plan.problem.goals),
             rest,
             tuple(name for name in later if name not in before),
             tuple(name for name in before if name not in later),
         )
+
+
+@checked
+def curve_of(goals: Sequence[Requirement]) -> FollowsCurve | None:
+    """Return the curve that a motion with these goals follows; None without one."""
+    return next((goal for goal in goals if isinstance(goal, FollowsCurve)), None)
 
 
 def _held(scene: Scene) -> tuple[str, ...]:

@@ -170,10 +170,10 @@ def pallet(
         counts: Numbers of columns, rows and layers.
         steps: Distances between columns, rows and layers, shape (3,) [m].
         staggered: Whether every second row is shifted by half a column, and has one part less.
-        access: Point from which the arm comes, in the frame of `corner`, shape (3,) [m].
+        access: Point from which the arm comes, in the frame in which `corner` is given, shape (3,) [m].
 
     Returns:
-        Placements in the frame of `corner`.
+        Placements in the frame in which `corner` is given.
 
     Raises:
         ShapeError: If a count is not positive, or `steps` or `access` is not a vector.
