@@ -119,7 +119,8 @@ def main() -> None:
     text = table(HEAD, rows) + "\n\n" + table(["stage", "CPU ms old", "new", "new / old"], stages(both))
     print(text)
     given.json.parent.mkdir(parents=True, exist_ok=True)
-    given.json.write_text(json.dumps([{"old": old, "new": new} for old, new in both], indent=0) + "\n")
+    lines = ",\n".join(json.dumps({"old": old, "new": new}) for old, new in both)
+    given.json.write_text(f"[\n{lines}\n]\n")
     if given.page is not None:
         write_section(given.page, "versions", text)
 
