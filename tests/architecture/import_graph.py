@@ -12,6 +12,8 @@ Graph = Mapping[str, set[str]]
 CONVENIENCES: Mapping[str, set[str]] = {
     "planning.result": {"files.bundle", "files.proof", "why"},
     "problem.problem": {"files.bundle"},
+    "tasks.grasping.result": {"tasks.grasping.simulation"},
+    "tasks.result": {"tasks.grasping.simulation"},
 }
 """Modules with methods that pass their object to a function of a higher layer: `result.save(path)` calls
 `files.bundle.save(result, path)`. They import it within the method, which is not part of the graph."""

@@ -109,6 +109,9 @@ def test_a_saved_result_is_exported_reported_and_shown(saved: Path) -> None:
     assert "follow: retract" in saved.with_suffix(".html").read_text()
     done = command("view", saved, "--port", 0, "--seconds", 0)
     assert done.exit_code == 0, done.output
+    done = command("simulate", saved, "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.output)["succeeded"] is True
 
 
 def test_commands_of_one_motion_refuse_the_result_of_several(saved: Path) -> None:

@@ -14,6 +14,7 @@ from tests.robots_for_tests import odd_arm
 from trajopt.files.bundle import read_bundle, read_result
 from trajopt.files.export import export
 from trajopt.planning import Status
+from trajopt.simulation import Friction
 from trajopt.tasks import (
     AnyOrder,
     AttachObject,
@@ -33,8 +34,8 @@ from trajopt.tasks import (
     joint_travel,
 )
 from trajopt.tasks.cartesian import Begin, FollowOptions, line, raster
-from trajopt.tasks.grasping import Grasp, Place
-from trajopt.tasks.grasping.simulation import Hold, simulate_handling
+from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of
+from trajopt.tasks.grasping.simulation import Hold, simulate_handling, simulate_task
 from trajopt.values.errors import FileFormatError, NameNotFound, PlanningFailed, ProblemError
 from trajopt.viewer.report import write_report
 
@@ -197,8 +198,8 @@ def test_in_the_whole_the_object_moves_with_the_hand(carried: TaskResult, tmp_pa
         assert np.linalg.norm(there.translation - planned.translation) < 1e-3
     assert trajectory.duration == pytest.approx(carried.duration)
     assert to.render(carried, tmp_path / "task.png", width=160, height=120).stat().st_size > 1000
-    with pytest.raises(ProblemError, match="simulate: these are several motions"):
-        to.simulate(carried)  # pyright: ignore[reportCallIssue, reportArgumentType]
+    with pytest.raises(ProblemError, match="simulate: the result of several motions has its own trajectory"):
+        to.simulate(carried, trajectory)  # pyright: ignore[reportCallIssue, reportArgumentType]
 
 
 def test_a_report_has_the_cycle_times_and_the_proof(
@@ -231,6 +232,53 @@ def test_the_cup_ends_at_its_place_and_friction_alone_carries_it(carried: TaskRe
     assert rolled.hold is Hold.HELD, rolled.summary()
     with pytest.raises(NameNotFound, match="no picked object named 'table'"):
         carried.handling("table")
+
+
+def test_friction_holds_every_object_that_a_simulated_task_picks(
+    cell: to.Scene, grasps: tuple[Grasp, ...], there: Place, tmp_path: Path
+) -> None:
+    """The cup is picked twice and stays in the hand; the can and the cup are loose together."""
+    can = to.Cylinder(radius=0.02, length=0.1)
+    scene = cell.add("can", can, to.placement((0.4, -0.3, 0.05)), mass=0.3)
+    aside = Place(placement=to.placement((0.5, 0.0, 0.05)))
+    stages = (
+        *(PickObject("cup", grasps), PlaceObject("cup", there)),
+        *(PickObject("can", grasps_of(scene, "can", gripper_of(scene.robot))), PlaceObject("can", aside)),
+        *(PickObject("cup", grasps), MoveTo("ready")),
+    )
+    result = to.plan(task(scene, *stages))
+    rolled = to.simulate(result)
+    assert rolled.succeeded, rolled.summary()
+    assert [each.result.name for each in rolled.handlings] == ["cup", "can", "cup"]
+    assert not rolled.notes and rolled.log.loose == ("cup", "can")
+    ended = rolled.log.placements["can"][-1].translation
+    np.testing.assert_allclose(ended, aside.placement.translation, atol=2e-3)
+    held = result.final_scene.placement_of("cup", result.final_positions)
+    np.testing.assert_allclose(rolled.log.placements["cup"][-1].translation, held.translation, atol=3e-3)
+    written = json.loads(json.dumps(rolled.as_dict()))
+    assert [each["hold"] for each in written["handlings"]] == ["HELD"] * 3
+    assert to.render(rolled, tmp_path / "task.png", width=80, height=60).is_file()
+
+
+def test_an_object_that_slips_out_of_the_fingers_fails_the_simulation(carried: TaskResult) -> None:
+    rolled = simulate_task(carried, friction=Friction(pads=0.02))
+    assert not rolled.succeeded
+    assert [each.hold for each in rolled.handlings] == [Hold.LOST]
+    assert "cup: the fingers lost the object" in rolled.summary()
+
+
+def test_objects_without_friction_follow_their_tracks_in_the_simulation(
+    cell: to.Scene, grasps: tuple[Grasp, ...], there: Place
+) -> None:
+    light = cell.remove("cup").add("cup", to.Cylinder(0.03, 0.12), to.placement((0.5, -0.2, 0.06)))
+    rolled = to.simulate(to.plan(task(light, PickObject("cup", grasps), PlaceObject("cup", there))))
+    assert rolled.succeeded, rolled.summary()
+    assert rolled.handlings == ()
+    assert any(note.startswith("object 'cup' follows its planned motion") for note in rolled.notes)
+    hold = AttachObject("cup", "panda_hand_tcp", touch_links=("panda_hand",))
+    stages = MoveTo(over(0.5, -0.2, 0.17)), hold, MoveTo(over(0.5, 0.2, 0.2)), DetachObject("cup")
+    rolled = to.simulate(to.plan(task(cell, SetGripper(0.07), *stages)))
+    assert rolled.succeeded, rolled.summary()
 
 
 def test_motions_of_other_stages_do_not_press(

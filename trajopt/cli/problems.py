@@ -26,6 +26,8 @@ from trajopt.values.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from trajopt.tasks.cartesian import Followed
+    from trajopt.tasks.grasping.result import PickPlaceResult
+    from trajopt.tasks.result import TaskResult
     from trajopt.tasks.sequence import MotionSequence
 
 MotionArgument = Annotated[Path, typer.Argument(help=f"A bundle or a plan's JSON; with --robot: {FORMATS}.")]
@@ -56,12 +58,13 @@ def saved_in(path: Path) -> Saved:
     return cast("Saved", saved)
 
 
-def motions_in(path: Path) -> "MotionSequence[Any] | None":
+def motions_in(path: Path) -> "TaskResult | PickPlaceResult | None":
     """Return the result of several motions, if the file is one."""
-    from trajopt.tasks.sequence import MotionSequence  # slow to import
+    from trajopt.tasks.grasping.result import PickPlaceResult  # slow to import
+    from trajopt.tasks.result import TaskResult
 
     saved = saved_in(path) if is_bundle(path) else None
-    return saved if isinstance(saved, MotionSequence) else None
+    return saved if isinstance(saved, TaskResult | PickPlaceResult) else None
 
 
 def _one_motion(path: Path) -> "Bundle | Followed":
@@ -87,16 +90,13 @@ def motion_in(path: Path) -> Trajectory:
 def model_and_motion(
     motion: Path, source: RobotSource | None, scene: Path | None, request: Path | None, motions: Path | None
 ) -> tuple[ReducedModel, Trajectory]:
-    """Return robot and motion of a file; of several motions the whole. Arguments as in `problem_of`."""
-    several = motions_in(motion)
-    if several is not None:
-        _nothing_beside(motion, source, motions)
-        return several.whole
+    """Return robot and motion of a file; arguments as in `problem_of`."""
     reduced = problem_of(motion, source, scene, request, motions).reduced
     return reduced, motion_in(motion).ordered(reduced.joint_names)
 
 
-def _nothing_beside(path: Path, source: RobotSource | None, motions: Path | None) -> None:
+def nothing_beside(path: Path, source: RobotSource | None, motions: Path | None) -> None:
+    """Refuse options that repeat the content of a saved result."""
     if source is not None or motions is not None:
         raise FileFormatError(str(path), "contains the whole problem: leave out --robot and --motions")
 
@@ -113,7 +113,7 @@ def problem_of(
         FileFormatError: If something is missing or invalid.
     """
     if is_bundle(motion):
-        _nothing_beside(motion, source, motions)
+        nothing_beside(motion, source, motions)
         return _one_motion(motion).problem
     if source is None:
         return _named_in(motion, motions)

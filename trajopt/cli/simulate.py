@@ -18,11 +18,14 @@ from trajopt.cli.problems import (
     OptionalRequest,
     OptionalScene,
     model_and_motion,
+    motions_in,
+    nothing_beside,
 )
 from trajopt.cli.progress import ProgressLine, progress_line
 from trajopt.simulation import Layout, Rollout, SimulationOptions, render
 from trajopt.simulation import simulate as roll_out
 from trajopt.simulation.picture_files import check_path
+from trajopt.tasks.grasping.simulation import STEP, PickPlaceRollout, TaskRollout
 from trajopt.values.documents.document import write_json
 from trajopt.values.errors import ProblemError, shown
 
@@ -44,7 +47,10 @@ SuperposedOption = Annotated[
 HighlightOption = Annotated[
     list[str] | None, typer.Option("--highlight", help="Link or object to draw in red (repeatable).")
 ]
-StepOption = Annotated[float, typer.Option("--dt", help="Time step of the physics, in seconds.")]
+StepOption = Annotated[
+    float | None,
+    typer.Option("--dt", help="Time step of the physics, in seconds; default: 0.002, for tasks 0.001."),
+]
 SettlingOption = Annotated[
     float, typer.Option("--settling-time", help="Time at rest after the motion, in seconds.")
 ]
@@ -58,7 +64,7 @@ def simulate(
     scene: OptionalScene = None,
     request: OptionalRequest = None,
     motions: MotionsOption = None,
-    dt: StepOption = SimulationOptions.dt,
+    dt: StepOption = None,
     settling_time: SettlingOption = SimulationOptions.settling_time,
     out: OutOption = None,
     picture: PictureOption = None,
@@ -70,17 +76,23 @@ def simulate(
     highlight: HighlightOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Follow a motion with the simulated robot. Exit status 0, 1 on a collision or divergence, 2 bad input.
+    """Follow a motion or a task with the simulated robot. Exit status 0, 1 on a fault, 2 bad input.
 
-    Objects move, appear and expire by --motions; attached objects have their mass.
+    Faults are collisions, divergence, and an object that the fingers do not hold. Objects move, appear and
+    expire by --motions; attached objects have their mass. In a task friction holds what the gripper picks.
     """
     for path in picture or ():
         check_path(path)
-    options, shown_at = SimulationOptions(dt=dt, settling_time=settling_time), _times(moments)
-    reduced, motion = model_and_motion(trajectory, robot, scene, request, motions)
+    several, shown_at = motions_in(trajectory), _times(moments)
+    step = dt if dt is not None else SimulationOptions.dt if several is None else STEP
+    options = SimulationOptions(dt=step, settling_time=settling_time)
     with progress_line() as line:
         line.show("simulate", None)
-        rollout = roll_out(reduced, motion, options=options)
+        if several is None:
+            rollout = roll_out(*model_and_motion(trajectory, robot, scene, request, motions), options=options)
+        else:
+            nothing_beside(trajectory, robot, motions)
+            rollout = several.simulated(options)
         for path in picture or ():
             render(
                 rollout,
@@ -94,7 +106,7 @@ def simulate(
                 progress=_share(line, path),
             )
     _tell(rollout, out, picture or [], as_json=as_json)
-    raise typer.Exit(1 if rollout.collisions or rollout.diverged is not None else 0)
+    raise typer.Exit(0 if rollout.succeeded else 1)
 
 
 def _times(text: str) -> list[float] | None:
@@ -108,14 +120,21 @@ def _share(line: ProgressLine, path: Path) -> Callable[[float], None]:
     return lambda share: line.show(f"drawing {path.name}, {share:.0%}", None)
 
 
-def _tell(rollout: Rollout, out: Path | None, pictures: Sequence[Path], *, as_json: bool) -> None:
+def _tell(
+    rollout: Rollout | TaskRollout | PickPlaceRollout,
+    out: Path | None,
+    pictures: Sequence[Path],
+    *,
+    as_json: bool,
+) -> None:
     document = {**rollout.as_dict(), "summary": rollout.summary(), "files": [str(path) for path in pictures]}
     if out is not None:
         write_json(out, document)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
         return
-    typer.echo(f"{rollout.trajectory}\n{rollout.summary()}")
+    lines = [str(rollout.trajectory)] if isinstance(rollout, Rollout) else []
+    typer.echo("\n".join([*lines, rollout.summary()]))
     for note in rollout.notes:
         typer.echo(f"note: {note}")
     for path in (*([] if out is None else [out]), *pictures):

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Protocol, TypeVar, overload, runtime_checkable
 
 import numpy as np
 import pinocchio as pin
@@ -133,6 +133,20 @@ def build_spec(reduced: ReducedModel) -> "mujoco.MjSpec":
     return describe(reduced).spec
 
 
+Rolled_co = TypeVar("Rolled_co", covariant=True)
+
+
+@runtime_checkable
+class SeveralMotions(Protocol[Rolled_co]):
+    """The result of a task, or of a pick and place."""
+
+    def simulated(self, options: SimulationOptions | None = None) -> Rolled_co:
+        """Execute all motions."""
+        ...
+
+
+@overload
+def simulate(motion: SeveralMotions[Rolled_co], *, options: SimulationOptions | None = None) -> Rolled_co: ...
 @overload
 def simulate(motion: Planned[ReducedModel], *, options: SimulationOptions | None = None) -> Rollout: ...
 @overload
@@ -140,11 +154,11 @@ def simulate(
     motion: ReducedModel, trajectory: Trajectory, *, options: SimulationOptions | None = None
 ) -> Rollout: ...
 def simulate(
-    motion: Planned[ReducedModel] | ReducedModel,
+    motion: SeveralMotions[Rolled_co] | Planned[ReducedModel] | ReducedModel,
     trajectory: Trajectory | None = None,
     *,
     options: SimulationOptions | None = None,
-) -> Rollout:
+) -> Rollout | Rolled_co:
     """Execute a plan in MuJoCo, or any trajectory of a reduced model.
 
     The robot follows the trajectory under a computed-torque controller within the effort limits of the group,
@@ -155,9 +169,12 @@ def simulate(
     If a joint moves no mass, as the description has no inertias, the robot is placed on its plan at each time
     instead: contacts are found, torques are zero, and a note reports it.
 
+    Of a task, or of a pick and place, all motions are executed in one world, where only friction holds the
+    objects that the gripper picks.
+
     Args:
-        motion: A plan, or a result with a plan; or the reduced model (robot and scene) of a trajectory.
-            Joints outside the group are at rest.
+        motion: A plan, or a result with a plan; the result of a task or of a pick and place; or the reduced
+            model (robot and scene) of a trajectory. Joints outside the group are at rest.
         trajectory: Of the group's joints, in any order; the one of the plan if None.
         options: Step, gains, settling time.
 
@@ -168,11 +185,10 @@ def simulate(
     """
     from trajopt.simulation.plant import Plant  # importing MuJoCo takes a second
 
-    if hasattr(type(motion), "whole"):
-        raise ProblemError(
-            "simulate: these are several motions: simulate the result of each segment, or an object in the "
-            "hand by trajopt.tasks.grasping.simulation.simulate_handling"
-        )
+    if isinstance(motion, SeveralMotions):
+        if trajectory is not None:
+            raise ProblemError("simulate: the result of several motions has its own trajectory: leave it out")
+        return motion.simulated(options)
     reduced, trajectory = model_and_trajectory("simulate", motion, trajectory, ReducedModel)
     options = unless_none("options", options, SimulationOptions) or SimulationOptions()
     trajectory = in_group_order(reduced, trajectory)
@@ -284,39 +300,43 @@ def simulate_phases(
     start: Floats,
     phases: Sequence[Phase],
     *,
-    loose: str,
+    loose: Sequence[str],
     fingers: tuple[str, ...],
     driven_together: Mapping[str, tuple[str, float, float]],
     friction: Friction,
     options: SimulationOptions,
 ) -> SequenceLog:
-    """Execute a sequence of motions in MuJoCo, with a loose object that only friction holds.
+    """Execute a sequence of motions in MuJoCo, with loose objects that only friction holds.
 
     The controller follows each phase as `simulate` does, with the payload of the scene of the phase.
 
     Args:
+        loose: Names of the loose objects.
         fingers: Links with rubber pads.
         driven_together: Joint of the fingers -> the joint that it follows, with factor and offset, for joints
             of one drive that the description does not couple by a mimic.
-        friction: Of the object.
+        friction: Of the objects.
         options: Step, gains, and settling time after the last phase.
 
     Raises:
-        ModelError: If the object or the robot has no mass.
+        ModelError: If a loose object or the robot has no mass.
     """
     joints = tuple(dict.fromkeys(name for phase in phases for name in phase.reduced.joint_names))
     moving = {joint for phase in phases for joint in phase.presses}
-    whole = whole_robot(scene.remove(loose), joints, start)
+    bare = scene
+    for name in loose:
+        bare = bare.remove(name)
+    whole = whole_robot(bare, joints, start)
     plant = plant_with_gripper(
         whole,
-        {scene.object(loose): scene.placement_of(loose, start)},
+        {scene.object(name): scene.placement_of(name, start) for name in loose},
         fingers=fingers,
         pressing=moving,
         driven_together=driven_together,
         friction=friction,
         dt=options.dt,
     )
-    run = _Run(plant, whole, loose, moving, options)
+    run = _Run(plant, whole, tuple(loose), moving, options)
     at = start
     for index, phase in enumerate(phases):
         last = index == len(phases) - 1
@@ -376,7 +396,7 @@ class _Run:
         self,
         plant: "Plant",
         whole: ReducedModel,
-        loose: str,
+        loose: tuple[str, ...],
         pressing: set[str],
         options: SimulationOptions,
     ) -> None:
@@ -384,10 +404,10 @@ class _Run:
         self._pressing = pressing
         self._contacts = ContactLog((), np.inf)
         self._samples: list[tuple[float, int, Floats]] = []
-        self._placements: list[Placement] = []
-        self._touching: list[frozenset[str]] = []
+        self._placements: dict[str, list[Placement]] = {name: [] for name in loose}
+        self._touching: dict[str, list[frozenset[str]]] = {name: [] for name in loose}
         self._limited = np.zeros(len(whole.joint_names))
-        self._last_touching = frozenset[str]()
+        self._last_touching: Mapping[tuple[str, str], float] = {}
         self._deepest = 0.0
         model = whole.model
         self._driven = [model.getJointId(name) - 1 for name in whole.joint_names]
@@ -416,17 +436,19 @@ class _Run:
         if self._steps % max(1, round(options.sample_period / options.dt)) == 0:
             positions = self._whole.all_positions(plant.positions[self._driven])
             self._samples.append((self._steps * options.dt, phase, positions))
-            self._placements.append(plant.placement_of(self._loose))
-            self._touching.append(self._last_touching)
+            for name in self._loose:
+                self._placements[name].append(plant.placement_of(name))
+                touched = {each for pair in self._last_touching if name in pair for each in pair}
+                self._touching[name].append(frozenset(touched - {name}))
 
     def _advance(self, torques: Floats) -> None:
-        touching = self._plant.step(torques)
-        now, loose = self._steps * self._options.dt, self._loose
+        self._last_touching = touching = self._plant.step(torques)
+        now, loose = self._steps * self._options.dt, frozenset(self._loose)
         self._limited += self._options.dt * (np.abs(torques) > self._whole.limits.effort)
-        own = {pair: depth for pair, depth in touching.items() if loose in pair}
-        self._last_touching = frozenset(name for pair in own for name in pair if name != loose)
-        self._deepest = max(self._deepest, *own.values(), 0.0)
-        self._contacts.record(now, {pair: depth for pair, depth in touching.items() if loose not in pair})
+        others = {pair: depth for pair, depth in touching.items() if loose.isdisjoint(pair)}
+        own = (depth for pair, depth in touching.items() if pair not in others)
+        self._deepest = max(self._deepest, *own, 0.0)
+        self._contacts.record(now, others)
         self._steps += 1
 
     def log(self, reduced: ReducedModel) -> SequenceLog:
@@ -437,8 +459,8 @@ class _Run:
             times=readonly(np.array(times)),
             phases=np.array(phases, dtype=np.int64),
             positions=readonly(np.array(positions)),
-            placements=tuple(self._placements),
-            touching=tuple(self._touching),
+            placements={name: tuple(each) for name, each in self._placements.items()},
+            touching={name: tuple(each) for name, each in self._touching.items()},
             deepest=self._deepest,
             contacts=self._contacts.contacts(),
             saturated={

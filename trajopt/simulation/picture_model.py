@@ -1,6 +1,6 @@
 """The MuJoCo model for pictures, and its state at a time of a motion."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -73,14 +73,14 @@ def picture_spec(
     reduced: ReducedModel,
     shown: Floats,
     *,
-    loose: str = "",
+    loose: Collection[str] = (),
     highlight: frozenset[str] = frozenset(),
 ) -> PictureSpec:
     """Return a model for pictures.
 
     Args:
         shown: Points around the shown region, shape (k, 3) in the world [m].
-        loose: Name of a loose object, which becomes a mocap body; empty if none.
+        loose: Names of loose objects, which become mocap bodies.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -98,19 +98,19 @@ def picture_spec(
     frames = changing.add_frames(spec, bodies)
     picture = PictureSpec(spec, {}, changing, {}, {})
     count = 0
-    free = spec.worldbody.add_body(name=loose, mocap=True) if loose else None
+    free = {name: spec.worldbody.add_body(name=name, mocap=True) for name in loose}
     for body in changing.whole.bodies:
         if body.owner in links or isinstance(body.shape, Plane):
             continue
         carrier, where = frames[body.joint], changing.placement(body)
-        if free is not None and body.owner == loose:
-            carrier, where = free, reduced.attachment(loose)[1].inverse() * where
+        if body.owner in free:
+            carrier, where = free[body.owner], reduced.attachment(body.owner)[1].inverse() * where
         for piece in _drawn_geoms(body.shape):
             name = f"object {count}"
             count += 1
             geom = add_geom(spec, carrier, name, piece, where)
             geom.rgba, geom.material = np.array(colours[body.owner]), "paint"
-            carried = 0 < body.joint < reduced.model.njoints or body.owner == loose
+            carried = 0 < body.joint < reduced.model.njoints or body.owner in free
             geom.group = ROBOT_GROUP if carried else OBJECT_GROUP
             if not carried:
                 picture.owners[name] = body.owner
@@ -125,7 +125,7 @@ def picture_spec(
     return picture
 
 
-def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
+def object_colours(reduced: ReducedModel, loose: Collection[str] = ()) -> dict[str, Colour]:
     """Choose a colour for each object: accent if attached or loose, wood by its name, or one of the palette.
 
     Objects with equal names before a slash share a colour: "other/link1" and "other/link2" are one robot.
@@ -134,7 +134,7 @@ def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
     colours: dict[str, Colour] = {}
     used: dict[str, Colour] = {}
     for name in reduced.scene.objects:
-        if name in carried or name == loose:
+        if name in carried or name in loose:
             colours[name] = ATTACHED
         elif any(word in name.lower() for word in WOODEN):
             colours[name] = WOOD
@@ -266,7 +266,7 @@ class PosedModel:
         highlight: Iterable[str] = (),
     ) -> None:
         self._reduced, self.motion = reduced, motion
-        picture = picture_spec(reduced, shown, loose=motion.loose, highlight=frozenset(highlight))
+        picture = picture_spec(reduced, shown, loose=tuple(motion.placements), highlight=frozenset(highlight))
         self.model = picture.spec.compile()
         self.data = mujoco.MjData(self.model)
         self.owners = self._numbered(picture.owners)
@@ -282,8 +282,8 @@ class PosedModel:
     def pose(self, t: float) -> None:
         """Set the state at a time [s]."""
         reduced, changing, data = self._reduced, self.changing, self.data
-        if self.motion.loose:
-            where, place = self.motion.loose_at(t), int(self.model.body(self.motion.loose).mocapid[0])
+        for name, where in self.motion.loose_at(t).items():
+            place = int(self.model.body(name).mocapid[0])
             data.mocap_pos[place], data.mocap_quat[place] = where.translation, scalar_first(where)
         changing.put(self.model, data, t)
         for geom, owner in self._coming.items():

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -22,11 +22,22 @@ if TYPE_CHECKING:
     from trajopt.simulation.sampled_motion import SampledMotion
 
 
+@runtime_checkable
+class Logged(Protocol):
+    """A simulated task, or pick and place."""
+
+    @property
+    def log(self) -> SequenceLog:
+        """The record of the simulation."""
+        ...
+
+
 Subject = (
     Planned[ReducedModel]
     | PlannedWhole[ReducedModel]
     | Rollout
     | SequenceLog
+    | Logged
     | ReducedModel
     | HasReduced[ReducedModel]
 )
@@ -134,6 +145,7 @@ def _drawn(
     motion: Rollout | Trajectory | SequenceLog | Path | str,
     path: Path | str | None,
 ) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog | None, Path]:
+    subject = subject.log if isinstance(subject, Logged) else subject
     if isinstance(motion, Path | str):
         if path is not None:
             raise ProblemError(f"render: two files are given, motion={shown(motion)} and path")

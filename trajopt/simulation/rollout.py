@@ -153,6 +153,11 @@ class Rollout(Value):
         return float(self.times[-1])
 
     @property
+    def succeeded(self) -> bool:
+        """Whether there was no collision, and the simulation did not diverge."""
+        return not self.collisions and self.diverged is None
+
+    @property
     def collisions(self) -> tuple[ContactInterval, ...]:
         """Contacts without an allowance."""
         return tuple(contact for contact in self.contacts if contact.allowance is None)
@@ -267,9 +272,9 @@ class SequenceLog(Value):
         reduced: The joints of all phases, in the initial scene.
         phases: Index of the phase at each sample, shape (k,).
         positions: Of all joints of the robot, shape (k, joints) [rad | m].
-        placements: Of the loose object in the world, one per sample.
-        touching: Bodies in contact with it, one set per sample.
-        deepest: Its largest penetration; contacts yield a little [m].
+        placements: Loose object -> its placements in the world, one per sample.
+        touching: Loose object -> the bodies in contact with it, one set per sample.
+        deepest: Largest penetration of a loose object; contacts yield a little [m].
         contacts: Other contacts that the scene does not allow.
         saturated: Joint -> time for which its motor was at its limit [s]; only those above zero.
         diverged: Time at which the simulation diverged and was stopped [s]; None if it did not.
@@ -277,12 +282,12 @@ class SequenceLog(Value):
     """
 
     reduced: ReducedModel
-    loose: str
+    loose: tuple[str, ...]
     times: Floats
     phases: Ints
     positions: Floats
-    placements: tuple[Placement, ...]
-    touching: tuple[frozenset[str], ...]
+    placements: Mapping[str, tuple[Placement, ...]]
+    touching: Mapping[str, tuple[frozenset[str], ...]]
     deepest: float
     contacts: tuple[ContactInterval, ...]
     saturated: Mapping[str, float]

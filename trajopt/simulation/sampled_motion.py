@@ -1,7 +1,7 @@
 """Sampled motion: the positions of a group over time, planned or simulated, for pictures."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,22 +23,21 @@ class SampledMotion:
     """Positions (k, n) of a group over k >= 2 times from 0, linear between samples.
 
     Attributes:
-        loose: Name of a loose object; empty if none.
-        placements: Of the loose object in the world, k of them.
+        placements: Loose object -> its placements in the world, k of them.
     """
 
     times: Floats
     positions: Floats
-    loose: str = ""
-    placements: tuple[Placement, ...] = ()
+    placements: Mapping[str, tuple[Placement, ...]] = field(default_factory=dict[str, tuple[Placement, ...]])
 
     @property
     def duration(self) -> float:
         return float(self.times[-1])
 
-    def loose_at(self, t: float) -> Placement:
-        """Return the placement of the loose object at the last sample before a time."""
-        return self.placements[max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)]
+    def loose_at(self, t: float) -> Mapping[str, Placement]:
+        """Return the placements of the loose objects at the last sample before a time."""
+        sample = max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)
+        return {name: each[sample] for name, each in self.placements.items()}
 
     def __call__(self, t: float) -> Floats:
         after = min(int(np.searchsorted(self.times, t, side="right")), len(self.times) - 1)
@@ -57,7 +56,7 @@ def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog)
     """Return a planned or simulated motion of the group as positions over time."""
     if isinstance(motion, SequenceLog):
         columns = reduced.scene.robot.index(reduced.joint_names)
-        return SampledMotion(motion.times, motion.positions[:, columns], motion.loose, motion.placements)
+        return SampledMotion(motion.times, motion.positions[:, columns], motion.placements)
     if isinstance(motion, Rollout):
         if motion.joint_names != reduced.joint_names:
             in_group_order(reduced, motion.trajectory)  # raises

@@ -177,8 +177,8 @@ class Studio:
         return self._screen.picture(self._scene)
 
     def _shown_state(self, t: float) -> Floats:
-        where = self._motion.loose_at(t).homogeneous.ravel() if self._motion.loose else ()
-        return np.concatenate((self._motion(t), where, self._posed.changing.state(t)))
+        places = [where.homogeneous.ravel() for where in self._motion.loose_at(t).values()]
+        return np.concatenate((self._motion(t), *places, self._posed.changing.state(t)))
 
     def _pose(self, t: float) -> None:
         self._posed.pose(t)

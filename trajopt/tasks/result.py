@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.scene.scene import Scene
+from trajopt.simulation import SimulationOptions
 from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.tasks.grasping.result import PickPlaceResult, Segment, Stage
@@ -15,6 +17,11 @@ from trajopt.tasks.sequence import MotionSequence, PlannedSegment, StageTime
 from trajopt.timing.time_scaling import JOLT
 from trajopt.values.arrays import Value
 from trajopt.values.errors import NameNotFound, shown
+from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import WORLD
+
+if TYPE_CHECKING:
+    from trajopt.tasks.grasping.simulation import TaskRollout
 
 SETTLING = 2.0 * JOLT
 """Rest between two motions in which accelerations at their ends decay and build up [s]."""
@@ -49,6 +56,10 @@ class TaskSegment(PlannedSegment, Value):
     @property
     def title(self) -> str:
         return ", ".join(self.stages)
+
+    def holds(self, name: str) -> bool:
+        """Return whether an object is attached to the robot."""
+        return self.scene.holder(name).link != WORLD
 
     @property
     def rest(self) -> float:
@@ -153,13 +164,13 @@ class TaskResult(MotionSequence[TaskSegment]):
         segments: The motions, in order; empty without a plan.
         refusals: The rejected ways to do stages, with reasons, in the order of the search.
         cpu_seconds: Process time of each stage of planning [s].
-        handled: How each picked object was handled last.
+        handled: Picked object -> how it was handled each time, in order.
         stopped: The cause of an early end of planning; None without one.
     """
 
     segments: tuple[TaskSegment, ...]
     refusals: tuple[StageRefusal, ...]
-    handled: Mapping[str, Handling] = field(default_factory=dict[str, Handling])
+    handled: Mapping[str, tuple[Handling, ...]] = field(default_factory=dict[str, tuple[Handling, ...]])
 
     @property
     def duration(self) -> float:
@@ -183,19 +194,26 @@ class TaskResult(MotionSequence[TaskSegment]):
             PlanningFailed: Without a plan.
             NameNotFound: If no stage picks the object.
         """
-        segments = self.require()
+        self.require()
         if name not in self.handled:
             raise NameNotFound("picked object", name, self.handled)
-        item = self.handled[name]
+        return self.part(name, self.handled[name][-1])[1]
+
+    def part(self, name: str, item: Handling) -> tuple[range, PickPlaceResult]:
+        """Return the part of the task in which an object is handled once, and the indices of its motions."""
+        segments = self.require()
         stages = [item.stage(segment) for segment in segments]
         own = [index for index, stage in enumerate(stages) if stage is not None]
+        end = own[-1] + 1
+        while not item.placed and end < len(segments) and segments[end].holds(name):
+            end += 1
         part: list[Segment] = []
-        for index in range(own[0], own[-1] + 1):
+        for index in range(own[0], end):
             before = part[-1].stage if part else Stage.REACH
             # Motions of other stages: the object is in the hand if it was before them.
             other = Stage.CARRY if before.holds or before is Stage.CLOSE else before
             part.append(Segment(stages[index] or other, segments[index].result, segments[index].rest))
-        return PickPlaceResult(
+        return range(own[0], end), PickPlaceResult(
             name=name,
             scene=item.scene,
             final_scene=self.final_scene,
@@ -210,6 +228,21 @@ class TaskResult(MotionSequence[TaskSegment]):
             counts={},
             cpu_seconds={},
         )
+
+    @checked
+    def simulated(self, options: SimulationOptions | None = None) -> "TaskRollout":
+        """Execute the task in MuJoCo; `trajopt.simulate(result)` calls this.
+
+        Objects that the gripper picks are held by friction; other objects that the task moves follow their
+        planned tracks.
+
+        Raises:
+            PlanningFailed: Without a plan.
+            ModelError: If the robot has no mass.
+        """
+        from trajopt.tasks.grasping.simulation import simulate_task
+
+        return simulate_task(self, options=options)
 
     @property
     def reason(self) -> str:

@@ -94,7 +94,7 @@ class TaskState:
         positions: Of all joints, after the steps [rad | m].
         rested: Of all joints, at the end of the planned motions [rad | m].
         steps: Steps after the planned motions. Legs without a rest between them become one motion.
-        handled: How each object was picked and placed last.
+        handled: Object -> how it was picked and placed each time.
         lifting: Contacts with supports that the next motion may begin with.
     """
 
@@ -103,7 +103,7 @@ class TaskState:
     rested: Floats
     segments: tuple[TaskSegment, ...] = ()
     steps: tuple[Step, ...] = ()
-    handled: Mapping[str, Handling] = field(default_factory=dict[str, Handling])
+    handled: Mapping[str, tuple[Handling, ...]] = field(default_factory=dict[str, tuple[Handling, ...]])
     lifting: tuple[ContactAllowance, ...] = ()
 
     @property

@@ -199,19 +199,33 @@ class MotionSequence(SavedResult, Generic[Part]):
     @property
     def whole(self) -> tuple[ReducedModel, Trajectory]:
         """The robot with all moving joints free, and its motion; objects that it moves are on tracks."""
+        return whole_robot(self.scene_on_tracks(), self.trajectory.joint_names, self.start), self.trajectory
+
+    @checked
+    def scene_on_tracks(self, loose: Sequence[str] = ()) -> Scene:
+        """Return the scene before, with tracks for the objects that the sequence moves.
+
+        Args:
+            loose: Objects without a track.
+
+        Raises:
+            PlanningFailed: Without a verified plan.
+        """
         segments, scene = self.require(), self.scene
         scenes = [
             (begin, segment, segment.result.problem.scene)
             for begin, segment in zip(self.begins.tolist(), segments, strict=True)
         ]
         for name in scene.objects:
-            if name in scene.changing or _stands(name, scenes):
+            if name in loose or name in scene.changing or _stands(name, scenes):
                 continue
             track = _track(name, scenes)
             if scene.holder(name).link != WORLD:
                 scene = scene.detach(name, at=self.start)
             scene = scene.with_motion(name, track)
-        return whole_robot(scene, self.trajectory.joint_names, self.start), self.trajectory
+            for link in sorted({link for _, _, each in scenes for link in each.objects[name].touch_links}):
+                scene = scene.allow(link, name)
+        return scene
 
 
 def _stands(name: str, scenes: Sequence[tuple[float, MotionSegment, Scene]]) -> bool:

@@ -57,10 +57,12 @@ def test_the_object_is_placed_at_the_goal(panda: to.Robot, gripper: Gripper, sha
     # In the air it touches the fingers and nothing else.
     stages = [rollout.result.segments[int(k)].stage for k in rollout.log.phases]
     carried = {
-        touching for stage, touching in zip(stages, rollout.log.touching, strict=True) if stage is Stage.CARRY
+        touching
+        for stage, touching in zip(stages, rollout.log.touching["thing"], strict=True)
+        if stage is Stage.CARRY
     }
     assert carried == {frozenset(gripper.fingers)}
-    assert rollout.log.touching[-1] == {"table"}
+    assert rollout.log.touching["thing"][-1] == {"table"}
     assert rollout.as_dict()["hold"] == "HELD"
     assert "held the object" in rollout.summary()
 
@@ -84,7 +86,7 @@ def test_the_object_slips_as_coulombs_law_states(
         assert rollout.slip.stage is Stage.LIFT
         assert "slipped in the fingers" in rollout.summary() and "LIFT" in rollout.summary()
         # It stands where it stood.
-        left = rollout.log.placements[-1]
+        left = rollout.log.placements["thing"][-1]
         assert np.linalg.norm(left.translation - STOOD.translation) < 0.01
 
 

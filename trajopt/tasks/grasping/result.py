@@ -3,17 +3,22 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
+from trajopt.simulation import SimulationOptions
 from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.tasks.sequence import MotionSequence, PlannedSegment
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import shown
 from trajopt.values.errors.arguments import checked
+
+if TYPE_CHECKING:
+    from trajopt.tasks.grasping.simulation import PickPlaceRollout
 
 
 class Stage(Enum):
@@ -155,6 +160,13 @@ class PickPlaceResult(MotionSequence[Segment]):
     @checked
     def segment(self, stage: Stage) -> Segment | None:
         return next((item for item in self.segments if item.stage is stage), None)
+
+    @checked
+    def simulated(self, options: SimulationOptions | None = None) -> "PickPlaceRollout":
+        """Execute the sequence as `simulate_handling` does; `trajopt.simulate(result)` calls this."""
+        from trajopt.tasks.grasping.simulation import simulate_handling
+
+        return simulate_handling(self, options=options)
 
     @property
     def reason(self) -> str:

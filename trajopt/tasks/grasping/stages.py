@@ -163,7 +163,8 @@ class PickObject(Value):
         stood_on = supports(scene, self.object, scene.placement_of(self.object, at))
         lifting = lifting_scene(held, self.object, stood_on, search.options.contact_time)
         line = along_line(held, closed.positions, lifted, tool, search.options)
-        handled = {**state.handled, self.object: Handling(scene, gripper, self.name, grasp)}
+        handling = Handling(scene, gripper, self.name, grasp)
+        handled = {**state.handled, self.object: (*state.handled.get(self.object, ()), handling)}
         return replace(closed, scene=held, handled=handled).to(
             Leg(
                 f"{self.name}: lift",
@@ -285,7 +286,9 @@ class PlaceObject(Value):
             .to(Leg(f"{self.name}: lower", there, lowering, (*line, *carried), near=there, names=names))
             .rest(options.release_time)
         )
-        lowered = replace(lowered, scene=put, handled={**state.handled, self.object: handling})
+        before = _unfinished(state, self.object)[0]
+        handled = {**state.handled, self.object: (*before, handling)}
+        lowered = replace(lowered, scene=put, handled=handled)
         name = f"{self.name}: release"
         released = fingers(lowered, gripper, opening, name, meets=self.object, names=names)
         line = along_line(put, opened, away, tool, options)
@@ -358,7 +361,14 @@ def fingers(
 
 
 def _handling(state: TaskState, name: str, gripper: Gripper) -> Handling:
-    return state.handled.get(name) or Handling(state.scene, gripper)
+    begun = _unfinished(state, name)[1]
+    return Handling(state.scene, gripper) if begun is None else begun
+
+
+def _unfinished(state: TaskState, name: str) -> tuple[tuple[Handling, ...], Handling | None]:
+    """Return how an object was handled before, and the pick without a place yet."""
+    handled = state.handled.get(name, ())
+    return (handled[:-1], handled[-1]) if handled and not handled[-1].placed else (handled, None)
 
 
 def _names(handling: Handling) -> CandidateNames:
