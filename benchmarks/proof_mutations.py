@@ -2,7 +2,7 @@
 
 python -m benchmarks.proof_mutations [--count 100000] [--kept FILE] [--page FILE]
 
-Four small proofs are changed in eleven ways. A changed file that the checker accepts is false if scipy, Coal
+Five small proofs are changed in twelve ways. A changed file that the checker accepts is false if scipy, Coal
 and Pinocchio refute its statement at one of 100 times. Blocks of mutations are stored, and not repeated by a
 later call. The fast kernel checks each file too.
 """
@@ -69,6 +69,9 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
     track = to.Track.through([0.0, 0.7, 1.9], [to.placement((0.85, y, 0.14)) for y in (0.1, 0.15, 0.4)])
     moved = bare.add("ball", to.Sphere(0.04), motion=to.Prediction(track, (0.002, 0.003, 0.001)))
     moved = moved.add("late", to.Box(0.1, 0.1, 0.1), to.placement((0.72, -0.2, 0.14)), appears=0.9)
+    grid = np.stack(np.meshgrid((0.6, 0.62), (0.13, 0.14, 0.15), np.linspace(0.0, 0.2, 5)), axis=-1)
+    measured = bare.add("post", to.Points(grid.reshape(-1, 3), 0.01))
+    measured = measured.add("cells", to.Voxels([[45, 2, 7], [46, 2, 7], [45, 3, 8]], 0.02))
     room = to.position_in_region("tool", to.Box(2.0, 2.0, 0.5), to.placement((0.0, 0.0, 0.0)))
     start, goal = (-1.1, 0.3), (-0.1, 0.5)
     at = to.position_in_region("tool", to.Sphere(0.05), to.placement((0.86, 0.11, 0.12)))
@@ -81,6 +84,7 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
                                   "tool_speed": to.tool_speed("tool", linear=1.8)}),
         ("placement", post, {"goal": placed}),
         ("among moving objects", moved, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),
+        ("past clouds", measured, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),
     ):  # fmt: skip
         yield to.Problem(scene=scene, start=list(start), name=name, **asked), direct(start, goal, 1.2)
 
@@ -215,6 +219,36 @@ def pairs(proof: Proof, _: Proof, rng: np.random.Generator) -> bytes:
     return Proof(statement, witness_of(times, counts, rows)).data
 
 
+def clouds_and_contacts(proof: Proof, _: Proof, rng: np.random.Generator) -> bytes:
+    """Move, regroup, enlarge or rename points of clouds, damage their parts, or change contact windows."""
+    statement = copy.deepcopy(proof.statement)
+    clouds = [each for each in statement["requirements"] if each["kind"] == "cloud"]
+    if not clouds:
+        return in_sections("contacts" if statement["contacts"] else "requirements")(proof, _, rng)
+    cloud = clouds[rng.integers(len(clouds))]
+    group, other = (cloud["inside"][rng.integers(len(cloud["inside"]))] for _ in range(2))
+    vertices = statement["parts"][group[0]]["shape"]["vertices"]
+    match rng.integers(8):
+        case 0:
+            point = group[1][rng.integers(len(group[1]))]
+            point[rng.integers(3)] += 10.0 ** rng.uniform(-17.0, 0.0) * rng.choice((-1.0, 1.0))
+        case 1:
+            group[1], other[1] = other[1], group[1]
+        case 2:
+            group[0] = int(rng.integers(len(statement["parts"])))
+        case 3:
+            cloud["size"] *= 1.0 + 10.0 ** rng.uniform(-17.0, 0.5) * rng.choice((-0.5, 1.0))
+        case 4:
+            cloud["cubes"] = not cloud["cubes"]
+        case 5:
+            cloud["owner"] = str(rng.choice([part["owner"] for part in statement["parts"]]))
+        case 6:
+            del vertices[rng.integers(len(vertices))]
+        case _:
+            vertices[rng.integers(len(vertices))][rng.integers(3)] += 0.01 * rng.standard_normal()
+    return Proof(statement, proof.witness).data
+
+
 def hashes(proof: Proof, other: Proof, rng: np.random.Generator) -> bytes:
     """Exchange hash, statement or witness with another proof, or change the statement under its hash."""
     head, _, rest = proof.data.partition(b"\n")
@@ -273,6 +307,7 @@ KINDS: Mapping[str, Mutation] = {
     "radii, vertices, places, presence": in_sections("parts", "changes", "contacts"),
     "pairs, clearances, excuses": pairs,
     "requirements and masses": in_sections("requirements"),
+    "clouds and contact windows": clouds_and_contacts,
     "swapped hashes, statements, witnesses": hashes,
     "NaN, infinities, other types": no_numbers,
     "bits and length of the file": file_bits,
@@ -310,7 +345,9 @@ def block(number: int, checker: Checker, sound: list[Proof], path: Path) -> dict
     found, faults = {name: Counter[str]() for name in names}, list[str]()
     kernels = Counter[str]()
     for seed in range(number * BLOCK, (number + 1) * BLOCK):
-        name, proof, other = names[seed % len(names)], sound[seed % 4], sound[(seed + 1) % 4]
+        name, proof, other = (
+            each[(seed + ahead) % len(each)] for each, ahead in ((names, 0), (sound, 0), (sound, 1))
+        )
         data = KINDS[name](proof, other, np.random.default_rng(seed))
         # A swap may give the other proof as a whole.
         result, fault = outcome(checker, data, proof.statement, path)

@@ -41,6 +41,7 @@ class ShapeBase(CollisionGeometry):
 class Box(ShapeBase):
     halfSide: NDArray[np.float64]
     def __init__(self, x: float, y: float, z: float, /) -> None: ...
+    def setSweptSphereRadius(self, radius: float, /) -> None: ...
 
 class Sphere(ShapeBase):
     radius: float

@@ -173,12 +173,32 @@ def _too_fast(statement: Document, rule: Document, times: Numbers) -> Numbers:
     return speed * (1.0 - 1e-6) - rule["limit"] - statement["excess"] - 1e-6
 
 
+def _outside_parts(statement: Document, rule: Document, _: Numbers) -> Numbers:
+    """Return by how much a ball or cube of a cloud passes its part along one of many directions."""
+    directions = np.random.default_rng(0).standard_normal((200, 3))
+    directions = np.concatenate(
+        (directions / np.linalg.norm(directions, axis=1)[:, None], np.eye(3), -np.eye(3))
+    )
+    reach = rule["size"] * (np.abs(directions).sum(axis=1) if rule["cubes"] else np.ones(len(directions)))
+    off = [0.0]
+    for number, centres in rule["inside"]:
+        part = statement["parts"][number]
+        if part["owner"] != rule["owner"] or part["shape"]["kind"] != "hull":
+            return np.array([np.inf])
+        most = (directions @ np.array(part["shape"]["vertices"], dtype=float).T).max(axis=1) + part["shape"][
+            "radius"
+        ]
+        off.append(((directions @ np.array(centres, dtype=float).T).max(axis=1) + reach - most).max())
+    return np.array([max(off)])
+
+
 EXCEEDED: dict[str, Callable[[Document, Document, Numbers], Numbers]] = {
     "joint positions": _off_range,
     "axis alignment": _off_axis,
     "position in region": _out_of_region,
     "frame placement": _misplaced,
     "tool speed": _too_fast,
+    "cloud": _outside_parts,
 }
 """Kinds of requirements -> by how much each is exceeded at times."""
 

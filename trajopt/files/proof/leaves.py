@@ -1,7 +1,7 @@
 """Search for the leaves of a proof."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import coal
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from trajopt.files.proof.pairs import ConvexPart, Pairs
 from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.errors import ProblemError
 from trajopt.values.shapes.shapes import Mesh
 from trajopt.verify.kernel.kinematics import Poses
 from trajopt.verify.kernel.motion import JudgedMotion
@@ -19,6 +20,10 @@ FINEST = 32_767
 """Numbers of a direction are whole, and at most this."""
 SHORTEST = 1e-5
 """Shorter intervals are not cut [s]."""
+SHORTEST_OF_CLOUDS = 5e-3
+"""Likewise for a part around several points of a cloud: the part itself is cut [s]."""
+MOST_PARTS = 5_000
+"""Most convex parts of a proof."""
 SURE = 1.0 + 1e-6
 """Bounds are taken this much larger than they are, so that the checker's rounding does not matter."""
 SLACK = 1e-9
@@ -36,6 +41,33 @@ class Leaves:
 
     def take(self, which: Bools) -> "Leaves":
         return Leaves(self.pair[which], self.begin[which], self.end[which], self.direction[which])
+
+    def beside(self, kept: Bools, others: "Leaves") -> "Leaves":
+        """Return the leaves of pairs that are kept, renumbered, and behind them those of other pairs."""
+        few = self.take(kept[self.pair])
+        return Leaves(
+            np.concatenate((np.cumsum(kept)[few.pair] - 1, others.pair + np.count_nonzero(kept))),
+            np.concatenate((few.begin, others.begin)),
+            np.concatenate((few.end, others.end)),
+            np.concatenate((few.direction, others.direction)),
+        )
+
+
+def separated(motion: JudgedMotion, pairs: Pairs) -> tuple[Pairs, Leaves, Leaves]:
+    """Search for leaves, and cut parts around clouds as finely as needed; also return what is given up."""
+    leaves, lost = LeafSearch(motion, pairs).search()
+    while coarse := pairs.coarse(set(lost.pair.tolist())):
+        finer, kept = pairs.cut(coarse)
+        if len(finer.parts) > MOST_PARTS:
+            raise ProblemError(f"a proof has at most {MOST_PARTS} convex parts: the clouds need more")
+        more = LeafSearch(motion, finer).search()
+        leaves, lost = leaves.beside(kept, more[0]), lost.beside(kept, more[1])
+        pairs = replace(
+            finer,
+            pairs=np.concatenate((pairs.pairs[kept], finer.pairs)),
+            required=np.concatenate((pairs.required[kept], finer.required)),
+        )
+    return pairs, leaves, lost
 
 
 class LeafSearch:
@@ -58,10 +90,15 @@ class LeafSearch:
         self._joint = np.array([part.body.joint for part in parts], dtype=np.int64)
         both = self._carried[self._joint[pairs[:, 0]]] & self._carried[self._joint[pairs[:, 1]]]
         self.seen: Ints = count - 1 - np.argmax(both[:, ::-1], axis=1)
+        self._half_spaces = [number for number, part in enumerate(parts) if part.is_half_space]
         spheres = [(np.zeros(3), 0.0) if part.is_half_space else part.sphere for part in parts]
         self._centre = np.array([centre for centre, _ in spheres]).reshape(-1, 3)
         self._radius = np.array([radius for _, radius in spheres])
         self._shapes = [_coal_shape(part) for part in parts]
+        divisible = np.array([part.divisible for part in parts], dtype=np.bool_)
+        self._coarse: Bools = divisible[pairs[:, 0]] | divisible[pairs[:, 1]]
+        self._shortest = np.where(self._coarse, SHORTEST_OF_CLOUDS, SHORTEST)
+        self._given_up = np.zeros(len(pairs), dtype=np.bool_)
 
     def search(self) -> tuple[Leaves, Leaves]:
         pair, begin, end = self._first()
@@ -70,7 +107,7 @@ class LeafSearch:
             leaves, holds = self._decide(pair, begin, end)
             found.append(leaves.take(holds))
             pair, begin, end = pair[~holds], begin[~holds], end[~holds]
-            short = end - begin < SHORTEST
+            short = (end - begin < self._shortest[pair]) | self._given_up[pair]
             if short.any():
                 lost = np.isin(leaves.pair, pair[short])
                 given_up.append(leaves.take(lost & ~holds))
@@ -119,7 +156,9 @@ class LeafSearch:
         holds = (self._gap(poses, first, second, seen, ends, direction) > needed) | absent
         hopeful = ~holds & (np.linalg.norm(apart, axis=1) > needed)
         for row in np.flatnonzero(hopeful).tolist():
-            apart[row] = self._normal(poses, int(middle[row]), int(first[row]), int(second[row]), apart[row])
+            found = self._normal(poses, int(middle[row]), int(first[row]), int(second[row]))
+            self._given_up[pair[row]] |= found is None and self._coarse[pair[row]]
+            apart[row] = apart[row] if found is None else found
         better = self._rounded(poses, apart, middle, seen, first, second)
         direction = np.where(hopeful[:, None], better, direction)
         holds |= self._gap(poses, first, second, seen, ends, direction) > needed
@@ -134,9 +173,8 @@ class LeafSearch:
     ) -> Directions:
         local = np.einsum("cij,ci->cj", poses.rotation[time, seen], apart)
         for side, sign in ((first, 1.0), (second, -1.0)):
-            for number in np.unique(side):
-                if self._parts[int(number)].is_half_space:
-                    local[side == number] = sign * self._parts[int(number)].body.placement.rotation[:, 2]
+            for number in self._half_spaces:
+                local[side == number] = sign * self._parts[number].body.placement.rotation[:, 2]
         largest = np.maximum(np.abs(local).max(axis=1, initial=0.0), 1e-12)
         rounded = np.rint(local * (FINEST / largest[:, None])).astype(np.int16)
         rounded[~rounded.any(axis=1), 2] = FINEST
@@ -218,7 +256,8 @@ class LeafSearch:
             u, v = u + 2.0 * w * v + (w * w + a) * r, v + w * r
         return u
 
-    def _normal(self, poses: Poses, time: int, first: int, second: int, apart: Floats) -> Floats:
+    def _normal(self, poses: Poses, time: int, first: int, second: int) -> Floats | None:
+        """Return the difference of the nearest points of two parts; None if the parts meet."""
         sides = [self._shapes[first], self._shapes[second]]
         places: list[coal.Transform3s] = []
         for part in (self._parts[first], self._parts[second]):
@@ -226,17 +265,22 @@ class LeafSearch:
             turn = poses.rotation[time, joint]
             places.append(
                 coal.Transform3s(
-                    turn @ where.rotation, turn @ where.translation + poses.translation[time, joint]
+                    turn @ where.rotation, turn @ (where * part.middle) + poses.translation[time, joint]
                 )
             )
         request, result = coal.DistanceRequest(), coal.DistanceResult()
         distance = coal.distance(sides[0], places[0], sides[1], places[1], request, result)
         found = np.asarray(result.getNearestPoint2()) - np.asarray(result.getNearestPoint1())
-        return found if distance > 0.0 and np.isfinite(found).all() and found.any() else apart
+        return found if distance > 0.0 and np.isfinite(found).all() and found.any() else None
 
 
 def _coal_shape(part: ConvexPart) -> coal.CollisionGeometry:
     shape = part.body.shape
+    if len(part.inside):
+        x, y, z = np.ptp(part.vertices, axis=0).tolist()
+        box = coal.Box(x, y, z)
+        box.setSweptSphereRadius(part.radius)
+        return box
     return coal_geometry(hull_of(shape) if isinstance(shape, Mesh) else shape)
 
 

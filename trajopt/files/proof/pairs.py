@@ -1,7 +1,8 @@
 """Convex parts of bodies as a proof states them, and their pairs."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.track import ALWAYS, Timing
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.placement import Placement
+from trajopt.values.shapes.clouds import Points, Voxels, centres_of
 from trajopt.values.shapes.shapes import (
     Box,
     Capsule,
@@ -30,6 +32,8 @@ Document = dict[str, object]
 ALL_TIME = (-np.inf, np.inf)
 TOUCHING = "contact is accepted for a time, which was judged and is not part of this proof"
 MEETING = "their hulls meet: only the judge proves exact meshes apart"
+HALVINGS = 3
+"""A part around points of a cloud is cut into two halves this many times."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +43,14 @@ class ConvexPart:
     Attributes:
         vertices: Points of the hull, in the body's frame, shape (v, 3) [m].
         discs: Height along z and radius of each disc about the z axis, shape (d, 2) [m].
+        inside: Centres of the balls or cubes of a cloud in it, shape (i, 3) [m]; none of other shapes.
     """
 
     body: FixedBody
     vertices: Floats
     radius: float
     discs: Floats
+    inside: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
     @property
     def is_half_space(self) -> bool:
@@ -58,6 +64,25 @@ class ConvexPart:
         else:
             centre, radius = bounding_sphere(self.body.shape)
         return self.body.placement * centre, radius
+
+    @property
+    def middle(self) -> Floats:
+        """The centre of the box around the points of a cloud, in the body's frame, (3,) [m]; else zero."""
+        return (self.vertices[0] + self.vertices[-1]) / 2.0 if len(self.inside) else np.zeros(3)
+
+    @property
+    def divisible(self) -> bool:
+        """Whether it is around points of a cloud that can be separated."""
+        return len(self.inside) > 1 and bool(np.ptp(self.inside, axis=0).any())
+
+    @property
+    def halves(self) -> list["ConvexPart"]:
+        """Parts around both halves of the points of a cloud; itself if these cannot be cut."""
+        if not self.divisible:
+            return [self]
+        along = self.inside[:, int(np.ptp(self.inside, axis=0).argmax())]
+        lower = along < (along.min() + along.max()) / 2.0
+        return [around_points(self.body, self.inside[side]) for side in (lower, ~lower)]
 
     def support(self, direction: Floats) -> Floats:
         local = direction @ self.body.placement.rotation
@@ -94,6 +119,25 @@ def placed(joint: int, where: Placement) -> Document:
 def convex_part(body: FixedBody) -> ConvexPart | None:
     found = _outline(body.shape)
     return None if found is None else ConvexPart(body, *found)
+
+
+def cloud_centres(body: FixedBody) -> Floats:
+    """Return the centres of the balls or cubes of a cloud, in the body's frame, shape (n, 3) [m]."""
+    return centres_of(body.shape) if isinstance(body.shape, Points | Voxels) else np.zeros((0, 3))
+
+
+def around_points(body: FixedBody, centres: Floats) -> ConvexPart:
+    """Return a part around some balls or cubes of a cloud: all points near the box around the centres."""
+    low, high = centres.min(axis=0), centres.max(axis=0)
+    radius = body.shape.radius if isinstance(body.shape, Points) else 0.0
+    if isinstance(body.shape, Voxels):
+        half = body.shape.size / 2.0
+        low, high = np.nextafter(low - half, -np.inf), np.nextafter(high + half, np.inf)
+    corners = np.unique(np.where(_CORNERS, high, low), axis=0)
+    return ConvexPart(body, corners, radius, np.zeros((0, 3)), centres)
+
+
+_CORNERS = np.array(np.meshgrid((False, True), (False, True), (False, True))).reshape(3, 8).T
 
 
 def convex_parts(reduced: ReducedModel) -> tuple[ConvexPart, ...]:
@@ -152,6 +196,26 @@ class Pairs:
         return np.any(joints[self.pairs] >= self.first_driven, axis=1)
 
     @property
+    def clouds(self) -> list[Document]:
+        """The requirements by which balls and cubes of clouds are within parts."""
+        bodies = {id(part.body): part.body for part in self.parts if len(part.inside)}
+        return [
+            {
+                "kind": "cloud",
+                "owner": body.owner,
+                "cubes": isinstance(body.shape, Voxels),
+                "size": body.shape.size / 2.0 if isinstance(body.shape, Voxels) else body.shape.radius,
+                "inside": [
+                    [number, part.inside.tolist()]
+                    for number, part in enumerate(self.parts)
+                    if part.body is body
+                ],
+            }
+            for body in bodies.values()
+            if isinstance(body.shape, Points | Voxels)
+        ]
+
+    @property
     def growth(self) -> Floats:
         error = [np.zeros(3) if timing.motion is None else timing.motion.error for timing in self.timings]
         return np.array(error).reshape(-1, 3)[self.pairs].sum(axis=1)
@@ -169,6 +233,30 @@ class Pairs:
     @property
     def timings(self) -> list[Timing]:
         return [self.changes.get(part.body.owner, ALWAYS) for part in self.parts]
+
+    def coarse(self, lost: Collection[int]) -> tuple[int, ...]:
+        """Return the parts of lost pairs that are around more than one point of a cloud."""
+        among: set[int] = {part for pair in lost for part in self.pairs[pair].tolist()}
+        return tuple(part for part in sorted(among) if self.parts[part].divisible)
+
+    def cut(self, coarse: Collection[int]) -> tuple["Pairs", Bools]:
+        """Return the pairs of the pieces of some parts, and which pairs they do not replace."""
+        parts, pieces = list(self.parts), dict[int, list[int]]()
+        for part in coarse:
+            cut = [self.parts[part]]
+            for _ in range(HALVINGS):
+                cut = [half for each in cut for half in each.halves]
+            pieces[part] = [part, *range(len(parts), len(parts) + len(cut) - 1)]
+            parts[part] = cut[0]
+            parts += cut[1:]
+        kept = np.array([pieces.keys().isdisjoint(pair) for pair in self.pairs.tolist()], dtype=np.bool_)
+        rows = [
+            (row, (one, other))
+            for row in np.flatnonzero(~kept).tolist()
+            for one, other in product(*(pieces.get(part, [part]) for part in self.pairs[row].tolist()))
+        ]
+        finer, origin = np.array([pair for _, pair in rows]).reshape(-1, 2), [row for row, _ in rows]
+        return replace(self, parts=tuple(parts), pairs=finer, required=self.required[origin]), kept
 
     def owners(self, pair: int) -> frozenset[str]:
         """Return the two owners of a pair's parts."""
@@ -197,9 +285,7 @@ def proven_pairs(motion: JudgedMotion) -> Pairs:
     among, own = motion.among, int(motion.reduced.model.njoints)
     reduced, timed = among.reduced, among.timed if isinstance(among, TimedMotion) else None
     times = timed.driven.times if timed is not None and timed.driven.names else np.zeros(0)
-    found = [convex_part(body) for body in reduced.bodies]
-    place = np.cumsum([part is not None for part in found]) - 1
-    parts = convex_parts(reduced)
+    parts, place = _all_parts(reduced.bodies)
     contacts = _contacts(motion)
     required = required_clearances(reduced) + reduced.pairs.error
     rows: list[tuple[int, int]] = []
@@ -207,15 +293,15 @@ def proven_pairs(motion: JudgedMotion) -> Pairs:
     excused: dict[frozenset[str], str] = {}
     listed: set[frozenset[str]] = set()
     for pair, (one, other) in enumerate(zip(reduced.pairs.first, reduced.pairs.second, strict=True)):
-        bodies = found[int(one)], found[int(other)]
+        bodies = [parts[place[int(body)]] for body in (one, other)]
         owners = frozenset(reduced.owners(pair))
         listed.add(owners)
         if contacts.get(owners, ALL_TIME)[0] >= contacts.get(owners, ALL_TIME)[1]:
             excused[owners] = "contact is accepted at all times, to a depth that was judged"
-        elif any(part is not None and part.is_half_space and part.body.joint for part in bodies):
+        elif any(part.is_half_space and part.body.joint for part in bodies):
             excused[owners] = "a half-space moves, which was judged and is not part of this proof"
-        elif None not in bodies:
-            rows.append((int(place[one]), int(place[other])))
+        else:
+            rows.append((place[int(one)], place[int(other)]))
             levels.append(float(required[pair]))
     for one, first in enumerate(parts):
         for second in parts[one + 1 :]:
@@ -235,6 +321,14 @@ def proven_pairs(motion: JudgedMotion) -> Pairs:
         times[(times > 0.0) & (times < motion.duration)],
         own,
     )
+
+
+def _all_parts(bodies: Sequence[FixedBody]) -> tuple[tuple[ConvexPart, ...], list[int]]:
+    """Return parts of bodies, those around whole clouds last, and the number of each body's part."""
+    found = [convex_part(body) for body in bodies]
+    order = sorted(range(len(bodies)), key=lambda body: found[body] is None)
+    parts = [found[body] or around_points(bodies[body], cloud_centres(bodies[body])) for body in order]
+    return tuple(parts), np.argsort(order).tolist()
 
 
 def _contacts(motion: JudgedMotion) -> dict[frozenset[str], tuple[float, float]]:

@@ -15,8 +15,8 @@ from typing import Any, NoReturn, cast
 import numpy as np
 
 import trajopt.verify
-from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves
-from trajopt.files.proof.pairs import Pairs, convex_parts, proven_pairs
+from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves, separated
+from trajopt.files.proof.pairs import Pairs, cloud_centres, convex_part, convex_parts, proven_pairs
 from trajopt.files.proof.requirements import Shown
 from trajopt.files.proof.statement import Asked, asked, stated_joints, stated_motion, statement
 from trajopt.files.proof.torque import stated_torque
@@ -40,6 +40,8 @@ SUFFIX = ".proof"
 MOST_JOINTS = 1_000
 """Most joints of a proof, and the world."""
 MOST_TIMES = 60_000
+SLOW_KINDS = ("cloud",)
+"""Kinds of requirements of which only the checker has a rule."""
 LARGEST = 64 * 2**20
 """Most bytes of a proof."""
 SHORTEST_OF_TORQUE = 1e-3
@@ -162,6 +164,11 @@ class MotionProof:
         if len(self.data) > LARGEST or self.data[end - 32 : end] != hashlib.sha256(stated).digest():
             raise FileFormatError("proof", "is too long, or its SHA-256 differs")
         document = self.statement
+        stated = document.get("requirements")
+        for each in cast("list[object]", stated) if isinstance(stated, list) else []:
+            kind = cast("dict[str, object]", each).get("kind") if isinstance(each, dict) else None
+            if kind in SLOW_KINDS:
+                return f"the fast kernel has no rule of the kind {kind!r}"
         try:
             return checker.StatedProof(document, witness).fault()
         except ValueError as error:
@@ -186,13 +193,30 @@ class MotionProof:
     def differs_from(self, problem: Problem, trajectory: Trajectory) -> str:
         """Return the first field of the statement that is not of a problem and its motion; empty if none."""
         motion = judged_motion(problem, trajectory)
+        bodies = motion.among.reduced.bodies
+        parts = [part.document() for part in convex_parts(motion.among.reduced)]
+        clouds = [(body.owner, cloud_centres(body).tolist()) for body in bodies if convex_part(body) is None]
         due: Mapping[str, object] = {
             "title": problem.name,
             "motion": stated_motion(motion),
             "joints": stated_joints(motion.among, problem.moving_limits),
-            "parts": [part.document() for part in convex_parts(motion.among.reduced)],
+            "parts": parts,
+            "clouds": sorted((owner, sorted(centres)) for owner, centres in clouds),
         }
-        return next((name for name, value in due.items() if self.statement.get(name) != value), "")
+        stated = cast("Any", self.statement)
+        try:  # parts around points of clouds are behind the others
+            found = {**stated, "parts": stated["parts"][: len(parts)], "clouds": _stated_clouds(stated)}
+        except (LookupError, TypeError, ValueError) as error:
+            raise FileFormatError("proof", "has no parts or requirements that can be read") from error
+        return next((name for name, value in due.items() if found.get(name) != value), "")
+
+
+def _stated_clouds(statement: Any) -> list[tuple[str, list[list[float]]]]:
+    clouds = [each for each in statement["requirements"] if each["kind"] == "cloud"]
+    return sorted(
+        (each["owner"], sorted(centre for _, centres in each["inside"] for centre in centres))
+        for each in clouds
+    )
 
 
 def _refused(name: str) -> NoReturn:
@@ -228,7 +252,12 @@ def prove(problem: Problem, trajectory: Trajectory) -> MotionProof:
     requirements, grid = _with_torque(problem, motion, requirements, grid)
     said = json.dumps(statement(problem, motion, pairs, requirements), allow_nan=False).encode()
     witness = _witness(np.setdiff1d(grid, knots), leaves, grid, len(pairs.pairs))
-    return MotionProof(b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness)
+    data = b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness
+    if len(data) > LARGEST:
+        raise ProblemError(
+            f"a proof has at most {LARGEST} bytes, and this one needs {len(data)}: thin the clouds"
+        )
+    return MotionProof(data)
 
 
 @checked
@@ -278,7 +307,7 @@ def judged_motion(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
 
 def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
     pairs = proven_pairs(motion)
-    leaves, lost = LeafSearch(motion.among, pairs).search()
+    pairs, leaves, lost = separated(motion.among, pairs)
     if not len(lost.pair):
         return pairs, leaves
     for place, pair in enumerate(lost.pair.tolist()):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.files.proof.pairs import Document, Pairs, convex_part, placed
+from trajopt.files.proof.pairs import Document, Pairs, placed
 from trajopt.files.proof.requirements import Shown, stated, stated_speed
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
@@ -95,8 +95,6 @@ def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
     error = problem.scene.model_error.payload
     if error > 0.0 and payloads(reduced):
         found.append(f"torque for a payload that is {100.0 * error:g} % lighter or heavier")
-    clouds = {body.owner for body in motion.among.reduced.bodies if convex_part(body) is None}
-    found += [f"clearance from {name}, a cloud" for name in sorted(clouds)]
     if robot.base.rolls and set(robot.base.joints) <= set(reduced.joint_names):
         found.append("the wheels of the base roll")
     return found
@@ -125,7 +123,7 @@ def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements
         ],
         "excused": [list(row) for row in pairs.excused],
         "contacts": [[*sorted(owners), *map(_finite, span)] for owners, span in pairs.contacts.items()],
-        "requirements": list(requirements.documents),
+        "requirements": [*requirements.documents, *pairs.clouds],
         "judged": [_printable(each) for each in requirements.judged],
     }
 

@@ -58,10 +58,11 @@ def _left_out(statement: Statement, arm: GridKinematics) -> Iterator[str]:
     """Yield pairs that the robot can move, but that are neither listed nor excused."""
     listed = {frozenset(pair[:2]) for pair in statement.pairs}
     excused = {frozenset(pair[:2]) for pair in statement.excused}
-    for one, first in enumerate(statement.parts):
+    moved = [(one, first) for one, first in enumerate(statement.parts) if arm.moved[first.place.joint]]
+    for one, first in moved:
         for other, second in enumerate(statement.parts):
             owners, joints = frozenset((first.owner, second.owner)), (first.place.joint, second.place.joint)
-            due = len(owners) == 2 and joints[0] != joints[1] and arm.moved[joints[0]]
+            due = len(owners) == 2 and joints[0] != joints[1]
             if due and frozenset((one, other)) not in listed and owners not in excused:
                 yield f"{first.owner} and {second.owner} are neither a pair nor excused"
 
@@ -99,6 +100,8 @@ def _accelerations(arm: GridKinematics, witness: Witness, side: Rows, seen: Rows
     """Bound the accelerations of one side's parts in each leaf, as seen from joints, (l,) [m/s^2]."""
     found = np.zeros(len(side))
     for part, rows in _by_part(arm.statement, side):
+        if part.place.joint == 0:
+            continue
         centre, radius = part.shape.sphere
         turn, origin = arm.placed(part.place)
         middle = origin + turned(turn, exactly(centre))

@@ -15,7 +15,7 @@ from intervals import Floats, Interval
 LARGEST_FILE = 64 * 2**20
 """More bytes are not read."""
 LONGEST_TEXT = 1000
-MOST = 100_000
+MOST = 1_000_000
 """Most entries of any list."""
 LARGEST = 1e12
 """Largest number: products of a few do not overflow."""

@@ -31,6 +31,7 @@ def read_requirement(value: Fields, statement: Statement) -> StatedRequirement:
         "tool speed": rule_tool_speed.read,
         "torque": rule_torque.read,
         "waypoint": _waypoint,
+        "cloud": rule_region.read_cloud,
     }
     return _read(value, statement, rules)
 

@@ -1,13 +1,14 @@
-"""Rule: a point of a frame is in one of several convex shapes, at the end or at all times."""
+"""Rules: a point of a frame is in one of several convex shapes; balls or cubes of a cloud are in parts."""
 
 from collections.abc import Mapping
 
 import numpy as np
-from intervals import Floats, Interval, turned, up
+from intervals import Floats, Interval, down, turned, up
 from kinematics import GridKinematics
-from reading import Fields, demand, every, flag, one_of, record, row, size, text
+from reading import Fields, below, demand, every, flag, numbers, one_of, record, row, size, text
 from requirement import Bools, StatedRequirement, off_chord, seen_from, span
-from statement import FixedPlace, Statement, place_in
+from shapes import Hull, Shape
+from statement import ConvexPart, FixedPlace, Statement, place_in
 
 SIZES: Mapping[str, int] = {"box": 3, "sphere": 1, "cylinder": 2, "half-space": 0}
 """Shapes, and how many sizes they have: edges; radius; radius and length; half-spaces are below z = 0."""
@@ -50,3 +51,31 @@ def beyond(kind: str, sizes: Floats, place: FixedPlace, points: Interval) -> Flo
         across, along = local[..., :2].norm().high, local[..., 2].size
         return np.maximum(up(across - sizes[0]), up(along - sizes[1] / 2.0))
     return up(local.size - sizes / 2.0).max(axis=-1)
+
+
+def read_cloud(value: Fields, statement: Statement) -> StatedRequirement:
+    """Read the rule of a cloud: parts of its owner, and the centres in each of them, in the part's frame."""
+    inside = every(row(below(len(statement.parts)), numbers(None, 3)))
+    readers = {"kind": text, "owner": text, "cubes": flag, "size": size, "inside": inside}
+    _, owner, cubes, reach, rows = record("cloud", value, readers)
+    parts: list[tuple[ConvexPart, Floats]] = [(statement.parts[part], centres) for part, centres in rows]
+    demand(all(part.owner == owner for part, _ in parts), "a cloud must be in parts of its own")
+
+    def holds(_: GridKinematics) -> Bools:
+        return np.array([all(_contains(part.shape, centres, reach, cubes) for part, centres in parts)])
+
+    solids = f"{sum(len(each) for _, each in parts)} {'cubes' if cubes else 'balls'} of {owner}"
+    words = f"{solids}, each {2000.0 * reach:g} mm wide, are within {len(parts)} of its parts"
+    return StatedRequirement(words, holds)
+
+
+def _contains(shape: Shape, centres: Floats, reach: float, cubes: bool) -> bool:
+    """Return whether a part has all corners of a box, and is around balls or cubes with centres (n, 3)."""
+    if not isinstance(shape, Hull):
+        return False
+    low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+    corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 1, 3)
+    whole = (corners == shape.vertices).all(axis=2).any(axis=1).all()
+    out = reach if cubes else float(up(reach - shape.radius)) if reach > shape.radius else 0.0
+    sides = (down(centres - out), up(centres + out)) if out else (centres, centres)
+    return bool(whole and (sides[0] >= low).all() and (sides[1] <= high).all())
