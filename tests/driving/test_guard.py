@@ -12,6 +12,8 @@ from tests.oracles.query import PlainQuery
 from trajopt.driving import ActionOutcome, Decision, EventKind, Guard, GuardOptions, IdealExecutor
 from trajopt.driving.action_chunk import ActionChunk, along_actions
 from trajopt.driving.guard import SAME
+from trajopt.driving.motion_guard import guard_of
+from trajopt.driving.servo_program import ApproachQuery
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.robot.joints import EXCESS
 from trajopt.scene.reducing import reduce_model
@@ -117,6 +119,27 @@ def test_actions_into_an_obstacle_end_before_it(walled: to.Scene) -> None:
     assert not touching(walled, driven)
     assert {each.outcome for each in decisions} != {ActionOutcome.AS_GIVEN}
     assert any("not proven to be clear" in each.reason for each in decisions)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_motions_that_collide_at_a_point_are_not_proven(
+    walled: to.Scene, moving: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So it costs no motion that they are left out."""
+    standing = to.Track.through([0.0, 9.0], [WALL[1], WALL[1]])
+    arm, guard = guarded(walled.with_motion("wall", standing) if moving else walled)
+    guard.act(swing(arm.state().positions, 0, -1.0), rate=RATE)
+    drive(arm, guard, 0.3)
+    left_out, measured, proves = list[bool](), ApproachQuery.collides, guard_of(guard.problem, arm)
+
+    def collides(self: ApproachQuery, motion: to.Trajectory, time: float) -> bool:
+        left_out.append(measured(self, motion, time))
+        assert not (left_out[-1] and proves.proven(motion, guard.world, arm.now()))
+        return left_out[-1]
+
+    monkeypatch.setattr(ApproachQuery, "collides", collides)
+    guard.act(swing(guard.committed(0.0)[0], 0, -1.0), rate=RATE, stamp=0.0)
+    assert left_out.count(True) > 1 and not left_out[-1]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -328,6 +351,11 @@ def test_the_motion_along_actions_minimises_its_cost(
 
     np.testing.assert_allclose(integrated(motion.jerks), motion.states, atol=1e-6, rtol=1e-9)
     most = float(np.median(limits.jerk))
+    beyond = np.abs(motion.jerks) > limits.jerk
+    beyond |= np.abs(motion.states[1, 1:]) > limits.velocity
+    beyond |= np.abs(motion.states[2, 1:]) > limits.acceleration
+    beyond |= np.clip(motion.states[0, 1:], limits.lower, limits.upper) != motion.states[0, 1:]
+    assert motion.within == (int(beyond.any(axis=1).argmax()) if beyond.any() else count)
 
     def cost(jerks: Floats) -> float:
         off = integrated(jerks)[0, 1:] - chunk.targets

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import factorial
 
 import numpy as np
 
@@ -10,8 +9,9 @@ from trajopt.driving.servo_task import Tool
 from trajopt.geometry import Evaluator
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.robot.joints import JointLimits
-from trajopt.timing.time_scaling import stop_from
+from trajopt.timing.time_scaling import stop_at_the_end, tracking
 from trajopt.values.arrays import Floats, Value
+from trajopt.values.cached import cached_per_value
 from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.trajectory import Trajectory
 
@@ -61,26 +61,18 @@ class ActionMotion(Value):
         times: Of begin and actions, since the begin, shape (K + 1,) [s].
         states: Positions, velocities and accelerations then, shape (3, K + 1, n).
         jerks: From each time to the next, shape (K, n).
+        within: Number of actions up to the first at which a limit is exceeded.
     """
 
     chunk: ActionChunk
     times: Floats
     states: Floats
     jerks: Floats
+    within: int
 
     def first(self, count: int, limits: JointLimits) -> Trajectory:
-        return before_stop(
-            self.times[:count], self.states[:, :count], self.times[count], self.states[:, count], limits
-        )
-
-    def within(self, limits: JointLimits) -> int:
-        positions, velocities, accelerations = self.states[:, 1:]
-        bad = (positions < limits.lower) | (positions > limits.upper)
-        bad |= np.abs(velocities) > limits.velocity
-        bad |= np.abs(accelerations) > limits.acceleration
-        bad |= np.abs(self.jerks) > limits.jerk
-        broken = bad.any(axis=1)
-        return int(broken.argmax()) if broken.any() else len(broken)
+        """Return the motion along the first actions, followed by a stop."""
+        return stop_at_the_end(self.times[: count + 1], self.states[:, : count + 1], limits)
 
 
 def along_actions(
@@ -89,50 +81,34 @@ def along_actions(
     """Return the motion from a state that stays near the actions with small jerks.
 
     It minimises the sum over the actions of (q_k - a_k)^2 / deviation^2 + j_k^2 / J^2, where j_k are the
-    constant jerks from one action to the next and J is the median of the jerk limits: Tikhonov's
-    regularisation, with q = q_0 + t v_0 + t^2 a_0 / 2 + B j.
+    constant jerks from one action to the next and J is the median of the jerk limits.
 
     Args:
         chunk: The actions, all later.
         deviation: Deviation from an action that weighs as much as a jerk J [rad | m].
         limits: With the jerk of each joint limited.
     """
-    times: Floats = np.append(0.0, chunk.times - time)
-    since: list[Floats] = [np.maximum(times[1:, None] - ends[None], 0.0) for ends in (times[:-1], times[1:])]
-    response: list[Floats] = [
-        (since[0] ** order - since[1] ** order) / float(factorial(order)) for order in (3, 2, 1)
-    ]
-    after = times[1:, None]
-    position, velocity, acceleration = begin
-    free: list[Floats] = [
-        position + after * (velocity + after * acceleration / 2.0),
-        velocity + after * acceleration,
-        acceleration + np.zeros_like(after),
-    ]
-    # By QR: the normal equations would square the condition number, 1e8 for fifty actions.
-    weight = deviation / float(np.median(limits.jerk)) * np.eye(len(after))
-    factor, triangle = np.linalg.qr(np.concatenate((response[0], weight)))
-    jerks: Floats = np.asarray(
-        np.linalg.solve(triangle, factor[: len(after)].T @ (_within_limits(chunk, limits) - free[0])),
-        dtype=np.float64,
-    )
-    later: list[Floats] = [drifted + each @ jerks for drifted, each in zip(free, response, strict=True)]
-    states = np.concatenate((begin[:, None], np.stack(later)), axis=1)
-    return ActionMotion(chunk, times, states, jerks)
+    times = np.concatenate(((0.0,), chunk.times - time))
+    weight = deviation / _median_jerk(limits)
+    return ActionMotion(chunk, times, *tracking(begin, times, inset(chunk.targets, limits), weight, limits))
 
 
-def _within_limits(chunk: ActionChunk, limits: JointLimits) -> Floats:
-    inset = np.minimum(INSET, (limits.upper - limits.lower) / 4.0)
-    inside = (chunk.targets >= limits.lower) & (chunk.targets <= limits.upper)
-    return np.where(inside, np.clip(chunk.targets, limits.lower + inset, limits.upper - inset), chunk.targets)
+@cached_per_value
+def _median_jerk(limits: JointLimits) -> float:
+    return float(np.median(limits.jerk))
 
 
-def before_stop(times: Floats, states: Floats, end: float, last: Floats, limits: JointLimits) -> Trajectory:
-    stop = stop_from(last, limits)
-    assert stop.velocities is not None and stop.accelerations is not None
-    ending = (stop.positions, stop.velocities, stop.accelerations)
-    rows = [np.concatenate((first, rest)) for first, rest in zip(states, ending, strict=True)]
-    return Trajectory(limits.joint_names, np.concatenate((times, end + stop.times)), *rows)
+def inset(targets: Floats, limits: JointLimits) -> Floats:
+    """Move targets (K, n) that are within the position limits inside by `INSET`."""
+    inside = (targets >= limits.lower) & (targets <= limits.upper)
+    lower, upper = _inset_limits(limits)
+    return np.where(inside, np.minimum(np.maximum(targets, lower), upper), targets)
+
+
+@cached_per_value
+def _inset_limits(limits: JointLimits) -> tuple[Floats, Floats]:
+    room = np.minimum(INSET, (limits.upper - limits.lower) / 4.0)
+    return limits.lower + room, limits.upper - room
 
 
 def joints_of(

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 from math import inf
 
 import numpy as np
@@ -117,10 +118,12 @@ class CommittedMotion:
 
     def positions(self, times: Floats) -> Floats:
         at = floats("times", times, (None,))
+        pieces = self._pieces
         rows = np.tile(self(-inf)[0], (len(at), 1))
-        for begin, motion in self.pieces:
-            later = at >= begin
-            rows[later] = motion(np.minimum(at[later] - begin, motion.duration))
+        for piece, after in zip_longest(pieces, pieces[1:]):
+            within = (at >= piece.begin) & (at < (inf if after is None else after.begin))
+            if within.any():
+                rows[within] = piece.whole(np.minimum(at[within] - piece.begin, piece.trajectory.duration))
         return rows
 
     @checked

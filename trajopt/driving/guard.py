@@ -1,6 +1,6 @@
 """Guard of a learned policy."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from math import inf
@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.driving.action_chunk import ActionChunk, ActionMotion, along_actions, before_stop, joints_of
+from trajopt.driving.action_chunk import ActionChunk, ActionMotion, along_actions, joints_of
 from trajopt.driving.commit_loop import CommitLoop
 from trajopt.driving.committed_motion import REST
 from trajopt.driving.events import EventKind
@@ -20,6 +20,7 @@ from trajopt.optimise.methods.timing import with_jerk
 from trajopt.problem.problem import PathConstraint, Problem
 from trajopt.scene.reducing import tool_frame
 from trajopt.scene.scene import Scene
+from trajopt.timing.time_scaling import stop_at_the_end
 from trajopt.values.arrays import Floats, Value, at_least, floats, number, several
 from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.values.errors.arguments import checked
@@ -37,11 +38,12 @@ SAME = 1e-3
 SLOWEST, FASTEST = 1.0, 1000.0
 """Rates of policies [Hz]: the fastest controllers take a command in each millisecond."""
 MOST_ACTIONS = 200
-"""Most actions of a chunk; the time of a decision grows with its third power."""
+"""Most actions of a chunk: 4 s of a policy of 50 Hz."""
 LARGEST = 1e6
 """Largest position of an action, as of everything in a scene [rad | m]."""
 REHEARSED = 1e-3
 """Motion of each joint in the rehearsal before the first decision [rad | m]."""
+UNPROVEN = "the motion is not proven to be clear and within the limits"
 STEP, STEPS = 0.01, 4
 """Time step of the motion nearest to the actions [s], and its number of steps: two control cycles of 50 Hz,
 so that
@@ -100,8 +102,8 @@ DEFAULT = GuardOptions()
 
 
 @dataclass(frozen=True, eq=False)
-class _Candidate:
-    """A motion that follows the first `count` actions of a chunk, and a stop."""
+class _Found:
+    """A proven motion that follows the first `count` actions of a chunk, and a stop."""
 
     outcome: ActionOutcome
     motion: Trajectory
@@ -259,8 +261,10 @@ class Guard(CommitLoop):
             return
         shares = np.linspace(0.1, 1.0, 10)
         chunk = ActionChunk(commitment.state(at)[0] + REHEARSED * shares[:, None], at + shares)
-        for candidate in self._candidates(chunk, at):
-            commitment.guard.proven(candidate.motion, commitment.world, at)
+        self._proven(chunk, at)
+        nearest = self._nearest(chunk, commitment.state(at), at)
+        if nearest is not None:
+            commitment.guard.proven(nearest, commitment.world, at)
 
     def _advance(self, times: Floats) -> Decision:
         chunk, commitment = self._chunk, self._commitment
@@ -277,34 +281,33 @@ class Guard(CommitLoop):
             )
         if commitment.stale(at):
             return self._stopped(commitment.world.stale(at), times)
-        reason = ""
-        for candidate in self._candidates(rest, at):
-            if not commitment.guard.proven(candidate.motion, commitment.world, at):
-                reason = reason or "the motion is not proven to be clear and within the limits"
-                continue
-            if refused := commitment.offer(candidate.motion, at):
-                return self._stopped(refused, times)
-            commitment.satisfies_all(commitment.guard)
-            return self._committed(candidate, reason, at, times)
-        return self._stopped(reason or "no motion within the limits of the joints follows the actions", times)
+        found, reason = self._proven(rest, at)
+        if found is None:
+            return self._stopped(reason, times)
+        if refused := commitment.offer(found.motion, at):
+            return self._stopped(refused, times)
+        commitment.satisfies_all(commitment.guard)
+        return self._committed(found, reason, at, times)
 
-    def _candidates(self, rest: ActionChunk, at: float) -> Iterator[_Candidate]:
-        state, limits = self._commitment.state(at), self._braking.limits
+    def _proven(self, rest: ActionChunk, at: float) -> tuple[_Found | None, str]:
+        """Return the proven motion that follows most of the actions, and the reason why not all of them."""
+        commitment, limits, reason = self._commitment, self._braking.limits, ""
+        guard, world, state = commitment.guard, commitment.world, commitment.state(at)
         motion, count, rate = self._within_limits(rest, state, at)
         while count:
             first = motion.first(count, limits)
-            if rate < 1.0:
-                outcome = ActionOutcome.SLOWED
-            elif count < len(rest.times):
-                outcome = ActionOutcome.SHORTENED
-            else:
-                off = np.abs(motion.states[0, 1:] - rest.targets).max()
-                outcome = ActionOutcome.AS_GIVEN if off <= SAME else ActionOutcome.SMOOTHED
-            yield _Candidate(outcome, first, motion.chunk, count)
+            # Most motions are clear: points are measured before a proof only after one that is not.
+            if not (reason and self._near.collides(first, world.clock(at))):
+                if guard.proven(first, world, at):
+                    return _Found(_outcome(motion, count, rate, rest), first, motion.chunk, count), reason
+                reason = UNPROVEN
             count //= 2
         nearest = self._nearest(rest, state, at)
-        if nearest is not None:
-            yield _Candidate(ActionOutcome.PROJECTED, nearest, rest, 0)
+        if nearest is None:
+            return None, reason or "no motion within the limits of the joints follows the actions"
+        if guard.proven(nearest, world, at):
+            return _Found(ActionOutcome.PROJECTED, nearest, rest, 0), reason
+        return None, UNPROVEN
 
     def _within_limits(self, rest: ActionChunk, state: Floats, at: float) -> tuple[ActionMotion, int, float]:
         found = list[tuple[ActionMotion, int, float]]()
@@ -312,10 +315,9 @@ class Guard(CommitLoop):
             slowed = rest if rate == 1.0 else rest.slowed(at, rate)
             for deviation in DEVIATIONS:
                 motion = along_actions(state, at, slowed, deviation, self._braking.limits)
-                within = motion.within(self._braking.limits)
-                if within == len(rest.times):
-                    return motion, within, rate
-                found.append((motion, within, rate))
+                if motion.within == len(rest.times):
+                    return motion, motion.within, rate
+                found.append((motion, motion.within, rate))
         return max(found, key=lambda each: each[1])
 
     def _nearest(self, rest: ActionChunk, state: Floats, at: float) -> Trajectory | None:
@@ -338,11 +340,10 @@ class Guard(CommitLoop):
             states.append(braking.after(here, settled))
         if max(np.abs(each[1:]).max() for each in states) <= REST:
             return None
-        before = np.stack(states[:-1], axis=1)
-        times: Floats = np.linspace(0.0, STEP * (STEPS - 1), STEPS)
-        return before_stop(times, before, STEP * STEPS, states[-1], limits)
+        times: Floats = np.linspace(0.0, STEP * STEPS, STEPS + 1)
+        return stop_at_the_end(times, np.stack(states, axis=1), limits)
 
-    def _committed(self, driven: _Candidate, reason: str, at: float, times: Floats) -> Decision:
+    def _committed(self, driven: _Found, reason: str, at: float, times: Floats) -> Decision:
         outcome, chunk, count = driven.outcome, driven.chunk, driven.count
         self._chunk = None if count == len(chunk.times) else chunk
         self._next = float(chunk.times[count - 1]) if count else at + STEP * STEPS
@@ -360,6 +361,15 @@ class Guard(CommitLoop):
 
     def _positions(self, times: Floats) -> Floats:
         return self._commitment.motion.positions(times)[:, self._commitment.columns]
+
+
+def _outcome(motion: ActionMotion, count: int, rate: float, actions: ActionChunk) -> ActionOutcome:
+    if rate < 1.0:
+        return ActionOutcome.SLOWED
+    if count < len(actions.times):
+        return ActionOutcome.SHORTENED
+    off = np.abs(motion.states[0, 1:] - actions.targets).max()
+    return ActionOutcome.AS_GIVEN if off <= SAME else ActionOutcome.SMOOTHED
 
 
 def _wrong_number(name: str, count: int) -> str:

@@ -25,6 +25,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import ChangingPairs
 from trajopt.timing.time_scaling import TICK
 from trajopt.values.arrays import Floats, Loss, Rows, Value
+from trajopt.values.trajectory import Trajectory
 
 
 class BodySpeeds:
@@ -71,6 +72,8 @@ ACCURACY = 1e-10
 """Accuracy of the program's value: the weight above times the square of a hundredth of a limit."""
 INSET = 1e-5
 """Distance from the position limits at which joints turn back, for rounding [rad | m]."""
+SURE = 1e-5
+"""Bodies this much nearer to each other than required are too near by any measurement [m]."""
 STEP = 1e-4
 """Time step of the difference that gives the velocity of dynamic obstacles [s]."""
 
@@ -169,6 +172,8 @@ class ApproachQuery:
         self._timed, self._braking = timed, braking
         self._changing = None if timed is None else ChangingPairs.of(timed)
         self._clearance = np.asarray(whole.pairs.required) + clearance
+        self._required = np.array(whole.pairs.required)
+        self._required[[pair for pair, _ in whole.pairs.allowances]] = -np.inf
         self._joints = len(reduced.joint_names)
         self._speeds = BodySpeeds(whole)
 
@@ -176,6 +181,21 @@ class ApproachQuery:
         if self._timed is None:
             return positions
         return self._timed.positions(positions[None], np.array((time,)))[0]
+
+    def collides(self, motion: Trajectory, time: float) -> bool:
+        """Return whether bodies are surely too near to each other at a point of a motion from a time [s] on.
+
+        Prediction errors and accepted contacts do not count; between the points nothing is measured.
+        """
+        rows, times = motion.positions, time + motion.times
+        if self._timed is not None:
+            rows = self._timed.positions(rows, times)
+        near = self.query.close_pairs(rows, self._required)
+        close = near.distance < self._required[near.pair] - SURE
+        if self._changing is not None:
+            clock, changing = times[near.sample], self._changing
+            close &= (changing.appears[near.pair] <= clock) & (clock <= changing.expires[near.pair])
+        return bool(close.any())
 
     def limits(
         self, state: Floats, time: float, bounds: tuple[Floats, Floats] | None = None

@@ -182,6 +182,28 @@ def stop_from(begin: Floats, limits: Floats, tick: float, excess: float) -> tupl
         ValueError: If the shapes do not match, or what has to be finite is not.
     """
 
+def track(
+    begin: Floats, times: Floats, targets: Floats, weight: float, limits: Floats
+) -> tuple[Floats, Floats, int]:
+    """Return the motion of constant jerks that stays near targets.
+
+    It minimises the sum over the targets of (q_k - a_k)^2 + (weight j_k)^2.
+
+    Args:
+        begin: Positions, velocities and accelerations, shape (3, n).
+        times: Of the begin and of the targets, shape (k + 1,) [s].
+        targets: Shape (k, n) [rad | m].
+        weight: Of jerks j_k [s^3].
+        limits: As of `stop_from`.
+
+    Returns:
+        States at the begin and at the targets, shape (3, k + 1, n), the jerks up to each target, shape (k,
+        n), and the number of targets up to the first at which a limit is exceeded.
+
+    Raises:
+        ValueError: If the shapes do not match, times do not increase, or what has to be finite is not.
+    """
+
 class Stops:
     """Stops of a motion along its own path, each tabulated when it is first asked for."""
 

@@ -230,9 +230,43 @@ def stop_after(begin: Floats, end: Floats, duration: float, limits: JointLimits)
         end: Those at the end of the piece, shape (3, n).
         limits: With finite acceleration and jerk limits.
     """
-    times, rows = timing.stop_from(end, _rows(limits), TICK, EXCESS)
-    whole = np.concatenate((begin[:, None], rows), axis=1)
-    return Trajectory(limits.joint_names, np.append(0.0, duration + times), *whole)
+    return stop_at_the_end(np.array((0.0, duration)), np.stack((begin, end), axis=1), limits)
+
+
+def stop_at_the_end(times: Floats, states: Floats, limits: JointLimits) -> Trajectory:
+    """Return a motion through states, followed by the stop of `stop_from`.
+
+    Args:
+        times: Of the states, shape (k,) [s].
+        states: Positions, velocities and accelerations, shape (3, k, n).
+        limits: With finite acceleration and jerk limits.
+    """
+    later, rows = timing.stop_from(np.ascontiguousarray(states[:, -1]), _rows(limits), TICK, EXCESS)
+    whole = np.concatenate((states[:, :-1], rows), axis=1)
+    return Trajectory(limits.joint_names, np.concatenate((times[:-1], times[-1] + later)), *whole)
+
+
+def tracking(
+    begin: Floats, times: Floats, targets: Floats, weight: float, limits: JointLimits
+) -> tuple[Floats, Floats, int]:
+    """Return a motion of constant jerks that stays near targets a_k.
+
+    It minimises the sum over the targets of (q_k - a_k)^2 + (weight j_k)^2, where j_k are the jerks: a
+    linear-quadratic regulator, by a recursion in square-root form (Bierman, "Factorization methods for
+    discrete sequential estimation", 1977).
+
+    Args:
+        begin: Positions, velocities and accelerations, shape (3, n).
+        times: Of the begin and of the targets, shape (k + 1,) [s].
+        targets: Shape (k, n) [rad | m].
+        weight: Of the jerks [s^3].
+        limits: With finite acceleration and jerk limits.
+
+    Returns:
+        States at the begin and at the targets, shape (3, k + 1, n), the jerks up to each target, shape (k,
+        n), and the number of targets up to the first at which a limit is exceeded.
+    """
+    return timing.track(begin, times, targets, weight, _rows(limits))
 
 
 @cached_per_value

@@ -18,6 +18,7 @@
 #include "path_stop.hpp"
 #include "stopping.hpp"
 #include "timer.hpp"
+#include "tracking.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -203,30 +204,57 @@ auto brake(const Vector<double>& times, const Block<double>& coefficients, const
   return std::make_tuple(hand_over(std::move(rows), {3, count}), found.last);
 }
 
-// How joints come to rest: times, (k,), and positions, velocities and accelerations, (3, k, n). `begin` is (3, n), and
-// `limits` are rows of least and largest positions, velocities, accelerations and jerks, (5, n).
-auto stop_from(const Matrix<double>& begin, const Matrix<double>& limits, double tick, double excess) {
-  const std::size_t joints = begin.shape(1);
-  expect(begin.shape(0) == 3 && limits.shape(0) == 5 && limits.shape(1) == joints, "begin must be (3, n), limits (5, n)");
+// States of joints, (3, n), with limits, (5, n): rows of least and largest positions, velocities, accelerations and jerks.
+struct Joints {
   std::vector<stopping::Moving> moving;
-  std::vector<stopping::JointLimit> most;
-  const double *b = begin.data(), *l = limits.data(), nothing = std::numeric_limits<double>::infinity();
-  for (std::size_t j = 0; j < joints; ++j) {
-    moving.push_back({b[j], b[joints + j], b[2 * joints + j]});
-    most.push_back({l[j], l[joints + j], l[2 * joints + j], l[3 * joints + j], l[4 * joints + j]});
-    const auto& [position, velocity, acceleration] = moving.back();
-    expect(std::abs(position) < nothing && std::abs(velocity) < nothing && std::abs(acceleration) < nothing &&
-               most.back().acceleration > 0.0 && most.back().jerk > 0.0 && most.back().jerk < nothing,
-           "states must be finite, and accelerations and jerks limited");
+  std::vector<stopping::JointLimit> limits;
+
+  Joints(const Matrix<double>& begin, const Matrix<double>& most) {
+    const std::size_t joints = begin.shape(1);
+    expect(begin.shape(0) == 3 && most.shape(0) == 5 && most.shape(1) == joints, "begin must be (3, n), limits (5, n)");
+    const double *b = begin.data(), *l = most.data(), nothing = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 0; j < joints; ++j) {
+      moving.push_back({b[j], b[joints + j], b[2 * joints + j]});
+      limits.push_back({l[j], l[joints + j], l[2 * joints + j], l[3 * joints + j], l[4 * joints + j]});
+      const auto& [position, velocity, acceleration] = moving.back();
+      expect(std::abs(position) < nothing && std::abs(velocity) < nothing && std::abs(acceleration) < nothing &&
+                 limits.back().acceleration > 0.0 && limits.back().jerk > 0.0 && limits.back().jerk < nothing,
+             "states must be finite, and accelerations and jerks limited");
+    }
   }
-  const stopping::JointStop found = stopping::stop_from(moving, most, tick, excess);
-  const std::size_t count = found.ticks.size(), size = count * joints;
-  Numbers times, rows(3 * size);
+};
+
+// Positions, velocities and accelerations, (3, k, n).
+Numpy<double> in_orders(const std::vector<stopping::Moving>& rows, std::size_t joints) {
+  const std::size_t size = rows.size();
+  Numbers values(3 * size);
+  for (std::size_t i = 0; i < size; ++i)
+    values[i] = rows[i].position, values[size + i] = rows[i].velocity, values[2 * size + i] = rows[i].acceleration;
+  return hand_over(std::move(values), {3, size / joints, joints});
+}
+
+// How joints come to rest: times, (k,), and states, (3, k, n).
+auto stop_from(const Matrix<double>& begin, const Matrix<double>& limits, double tick, double excess) {
+  const Joints joints(begin, limits);
+  const stopping::JointStop found = stopping::stop_from(joints.moving, joints.limits, tick, excess);
+  Numbers times;
   for (const long each : found.ticks) times.push_back(tick * static_cast<double>(each));
-  for (std::size_t i = 0; i < size; ++i) {
-    rows[i] = found.rows[i].position, rows[size + i] = found.rows[i].velocity, rows[2 * size + i] = found.rows[i].acceleration;
-  }
-  return std::make_tuple(hand_over(std::move(times), {count}), hand_over(std::move(rows), {3, count, joints}));
+  const std::size_t count = times.size();
+  return std::make_tuple(hand_over(std::move(times), {count}), in_orders(found.rows, begin.shape(1)));
+}
+
+// A motion near targets, (k, n): states at the begin and at each target, (3, k + 1, n), jerks, (k, n), and the targets kept.
+auto track(const Matrix<double>& begin, const Vector<double>& times, const Matrix<double>& targets, double weight,
+           const Matrix<double>& limits) {
+  const Joints joints(begin, limits);
+  const std::size_t count = targets.shape(0);
+  expect(times.shape(0) == count + 1 && targets.shape(1) == begin.shape(1), "times must be (k + 1,), targets (k, n)");
+  for (std::size_t k = 0; k < count; ++k) expect(times(k) < times(k + 1), "times must increase");
+  expect(weight > 0.0, "the weight must be above 0");
+  tracking::Tracked found =
+      tracking::track(joints.moving, times.data(), targets.data(), count, weight, joints.limits);
+  return std::make_tuple(in_orders(found.rows, begin.shape(1)),
+                         hand_over(std::move(found.jerks), {count, begin.shape(1)}), found.kept);
 }
 
 // Stops of a motion along its own path, tabulated when they are first asked for.
@@ -317,6 +345,7 @@ NB_MODULE(timing, m) {
   m.def("brake", &brake, "times"_a, "coefficients"_a, "acceleration"_a, "jerk"_a, "ramp"_a, "begin"_a, "share"_a,
         "kept"_a, "step"_a);
   m.def("stop_from", &stop_from, "begin"_a, "limits"_a, "tick"_a, "excess"_a);
+  m.def("track", &track, "begin"_a, "times"_a, "targets"_a, "weight"_a, "limits"_a);
   nb::class_<Stops>(m, "Stops")
       .def(nb::init<const Vector<double>&, const Block<double>&, const Vector<double>&, const Vector<double>&, Numbers,
                     std::vector<std::size_t>, double, double, double, double, double>(),
