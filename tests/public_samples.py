@@ -49,7 +49,7 @@ RETURNED = frozenset(
     Overload PairClearance PairDistance Unproven Verdict ContactInterval PoseError Rollout SequenceLog
     TrackingError Viewer ProblemChange Explanation NearestFree Price Remedy Moment RunOutcome Finding
     PairEvidence ProposedGroup SrdfProposal Attempt BudgetTracker PlanningWorkspace Phase Instance
-    Definition Track Prediction PathTime Event RobotState Rule RunReport StopTaken RecordedMoment
+    Definition Track Prediction PathTime Event RobotState Rule RunReport TaskReport StopTaken RecordedMoment
     Recording Sighting RecordedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud Cluster FlatPart
     Mount Perceived Radius CampaignFolder Progress ProblemSource Dataset Extracted CampaignSummary
     Comparison Memory Session AsyncSession SessionCalls Reply Watch Decision IterationRecord

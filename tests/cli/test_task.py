@@ -155,6 +155,17 @@ def test_a_job_is_exported_as_one_motion(job: Path, tmp_path: Path) -> None:
     assert len(out.read_text().splitlines()) > 100
 
 
+def test_a_job_is_driven_recorded_and_shown(job: Path, tmp_path: Path) -> None:
+    record, out = tmp_path / "run.json", tmp_path / "out.json"
+    job.write_text(SHORT)
+    done = run("run", job, "--robot", "panda", "--record", record, "--out", out)
+    assert done.exit_code == 0, done.output
+    assert "completed the task after" in done.output
+    assert json.loads(out.read_text())["completed"] is True
+    done = command("view", record, "--port", 0, "--seconds", 0)
+    assert done.exit_code == 0, done.output
+
+
 def test_a_job_without_a_plan_has_status_one(tmp_path: Path) -> None:
     path = tmp_path / "far.yaml"
     path.write_text("start: ready\ngroup: panda_arm\nstages: [{move_to: {position: [3, 0, 0]}, name: far}]")

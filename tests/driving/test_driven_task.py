@@ -1,12 +1,26 @@
 """A supervisor drives a task: gripper, world model, replanning of stages, recovery of picks."""
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import pytest
 
 import trajopt as to
-from trajopt.driving import EventKind, GripperState, IdealExecutor, SimulatedExecutor, Supervisor
+from trajopt.driving import (
+    EventKind,
+    GripperState,
+    IdealExecutor,
+    Logbook,
+    SimulatedExecutor,
+    Supervisor,
+    Surprise,
+    Surprises,
+    read_recording,
+    run,
+    write_recording,
+)
 from trajopt.simulation import SimulationOptions
 from trajopt.tasks import (
     AttachObject,
@@ -14,6 +28,7 @@ from trajopt.tasks import (
     Dwell,
     Fallback,
     ForEach,
+    MoveObject,
     MoveTo,
     PickObject,
     PlaceObject,
@@ -358,3 +373,48 @@ def test_objects_that_are_not_loose_are_refused(scene: to.Scene) -> None:
     arm = SimulatedExecutor(scene, positions, loose=("cup",))
     with pytest.raises(NameNotFound, match="'mug'"):
         arm.placement_of("mug")
+
+
+def test_rehearsed_task_is_measured_recorded_and_read_back(scene: to.Scene, tmp_path: Path) -> None:
+    """A machine moves its door while the fingers hold the cup, and a box appears beside the mug."""
+    cell = scene.add("door", to.Box(0.1, 0.02, 0.3), to.placement((0.5, 0.12, 0.4)))
+    pick, put = handled(cell, "cup", UP)
+    door = MoveObject("door", to.placement((0.5, 0.12, 0.9)), seconds=0.5)
+    book = Logbook()
+    box = Surprise(
+        name="box", at=4.0, placement=to.placement((0.7, 0.3, 0.05)), shape=to.Box(0.05, 0.05, 0.1)
+    )
+    job = task(cell, pick, door, put, MoveTo("ready"))
+    report = run(job, surprises=Surprises(objects=[box]), watch=book.look)
+    assert report.succeeded and report.contacts == (), str(report)
+    assert report.placements["cup"].translation == pytest.approx(UP.translation, abs=3e-3)
+    assert report.errors["cup"].position < 3e-3
+    assert list(report.errors) == ["cup"], "the mug is not picked"
+    assert EventKind.GRASPED in {event.kind for event in report.events}
+    assert "completed the task after" in str(report)
+    assert json.loads(json.dumps(report.as_dict()))["completed"] is True
+    write_recording(tmp_path / "run.json", book.recording)
+    again = read_recording(tmp_path / "run.json", scene.robot)
+    held = [each.world.scene.holder("cup").link for each in again.sightings]
+    assert held[0] == held[-1] == "world" and "panda_hand_tcp" in held
+    assert "box" in again.sightings[-1].world.scene.objects
+    stages = [event.stage for event in again.events]
+    assert "pick cup: close" in stages
+
+
+@pytest.mark.parametrize(
+    ("stages", "words"),
+    [
+        ([AttachObject("cup", "panda_hand")], "stage 'attach cup': the simulated robot has no suction cup"),
+        ([MoveObject("cup", UP)], "object 'cup' is handled by the task"),
+    ],
+)
+def test_task_that_cannot_be_simulated_is_refused(
+    scene: to.Scene, stages: list[TaskStage], words: str
+) -> None:
+    moved = Surprises(objects=[Surprise(name="cup", at=1.0, placement=ASIDE)])
+    with pytest.raises(ProblemError, match=words):
+        run(task(scene, *stages), surprises=moved)
+    held = scene.attach("cup", "panda_hand", at=scene.robot.positions("ready"))
+    with pytest.raises(ProblemError, match="object 'cup' is in the hand at the start"):
+        run(task(held, PlaceObject("cup", Place(placement=UP)), *handled(held, "cup", ASIDE)))

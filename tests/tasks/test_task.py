@@ -351,6 +351,15 @@ def test_an_object_that_is_moved_onto_the_arm_is_refused(cell: to.Scene) -> None
     assert "shut: the object meets the arm at rest" in found.reason
 
 
+def test_objects_that_move_one_after_the_other_rest_the_arm_for_all_their_times(cell: to.Scene) -> None:
+    room = cell.add("door", to.Box(0.2, 0.2, 0.2), to.placement((0.0, 0.9, 0.3)))
+    there, back = to.placement((0.0, 0.9, 0.9)), to.placement((0.0, 0.9, 0.3))
+    doors = MoveObject("door", there, 1.0, name="up"), MoveObject("door", back, 0.5, name="down")
+    found = to.plan(task(room, MoveTo(over(0.45, 0.1)), *doors, MoveTo("ready")))
+    lasted = {stage.name: stage.end - stage.begin for stage in found.stages}
+    assert lasted["up"] == pytest.approx(1.0) and lasted["down"] == pytest.approx(0.5)
+
+
 def test_a_curve_among_moving_objects_is_refused(cell: to.Scene) -> None:
     track = to.Track.constant_velocity(to.placement((0.9, 0.8, 0.6)), (0.0, -0.5, 0.0), end=20.0)
     moving = cell.add("ball", to.Sphere(0.05), motion=track)

@@ -25,7 +25,7 @@ from trajopt.cli.options import (
     robot_options,
 )
 from trajopt.driving.recording import Logbook, Recording, Watched, write_recording
-from trajopt.driving.rehearsal import RunReport
+from trajopt.driving.rehearsal import RunReport, TaskReport
 from trajopt.driving.rehearsal import run as drive
 from trajopt.driving.run_log import write_mcap, write_rerun
 from trajopt.driving.servo import Servo
@@ -41,7 +41,6 @@ from trajopt.simulation import render
 from trajopt.simulation.picture_files import check_path
 from trajopt.values.documents.document import write_json
 from trajopt.values.errors import ProblemError, shown
-from trajopt.values.printed import in_length
 from trajopt.viewer.mirror import RunPublisher
 from trajopt.viewer.run_viewer import RunViewer, watch_run
 from trajopt.viewer.servo_page import ServoPage, servo_page
@@ -160,7 +159,7 @@ def run(
     with watched(problem, view=view, port=port, host=host, as_json=as_json, publish=publish) as page:
         driven = drive(problem, surprises=happening, longest=longest, tolerance=tolerance, watch=page.look)
         if record is not None:
-            _write(record, page.recording, robot)
+            write_run(record, page.recording, robot)
         page.linger(seconds)
     document = driven.as_dict()
     if out is not None:
@@ -168,11 +167,11 @@ def run(
     world = happening.world(problem.scene)
     for path in picture or ():
         render(replace(problem, scene=world).reduced, driven.measured, path)
-    typer.echo(json.dumps(document, allow_nan=False) if as_json else _run_report(driven))
-    raise typer.Exit(0 if driven.reached and not driven.contacts_at_fault else 1)
+    typer.echo(json.dumps(document, allow_nan=False) if as_json else run_report(driven))
+    raise typer.Exit(0 if driven.succeeded else 1)
 
 
-def _write(path: Path, recording: Recording, robot: RobotSource) -> None:
+def write_run(path: Path, recording: Recording, robot: RobotSource) -> None:
     match path.suffix.lower():
         case ".mcap":
             write_mcap(path, recording)
@@ -193,14 +192,9 @@ def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:
     return random_surprise(problem, undisturbed(problem, tolerance=tolerance), int(seed))
 
 
-def _run_report(driven: RunReport) -> str:
-    lines = [str(event) for event in driven.events]
-    lines.append("reached the goal" if driven.reached else "did not reach the goal")
-    proven = driven.clearance_proven
-    known = "not proven" if proven is None else f"{in_length(proven)} proven"
-    lines[-1] += f" after {driven.duration:.2f} s; clearance {in_length(driven.clearance_measured)}, {known}"
-    lines += [f"touched: {contact}" for contact in driven.contacts]
-    return "\n".join(lines)
+def run_report(driven: RunReport | TaskReport) -> str:
+    touched = (f"touched: {contact}" for contact in driven.contacts)
+    return "\n".join([*map(str, driven.events), str(driven), *touched])
 
 
 GAMEPAD, BROWSER = "gamepad", "browser"

@@ -1,4 +1,4 @@
-"""`trajopt task`: check, plan, view and export a whole job that is written in YAML."""
+"""`trajopt task`: check, plan, view, run and export a whole job that is written in YAML."""
 
 import json
 from pathlib import Path
@@ -6,13 +6,16 @@ from typing import Annotated
 
 import typer
 
-from trajopt.cli import options
+from trajopt.cli import drive, options
 from trajopt.cli.plan import OptionalScene
 from trajopt.cli.problems import scene_around
 from trajopt.cli.progress import progress_line
+from trajopt.driving.rehearsal import run as run_task
+from trajopt.driving.surprises import NONE, read_surprises
 from trajopt.files.export import EXPORTERS
 from trajopt.files.export import export as write_motion
 from trajopt.planning.plan import plan as plan_task
+from trajopt.problem.problem import Problem
 from trajopt.tasks.result import TaskResult
 from trajopt.tasks.task import Task
 from trajopt.tasks.written import read_task
@@ -33,6 +36,7 @@ OutOption = Annotated[
 ImproveOption = Annotated[
     bool, typer.Option("--improve", help="Optimise path and timing of each motion together.")
 ]
+SurprisesOption = Annotated[Path | None, typer.Option("--surprises", help="Unannounced events: a YAML file.")]
 FileOption = Annotated[Path, typer.Option("--out", help="File to write.")]
 ToOption = Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTERS)}.")]
 HzOption = Annotated[float | None, typer.Option("--hz", help=r"Samples per second \[1/s].")]
@@ -110,6 +114,39 @@ def view(
     page = view_motions(result, port=port, host=host)
     typer.echo(page.url)
     page.wait(seconds)
+
+
+@task.command()
+@options.robot_options
+def run(
+    robot: options.RobotSource,
+    job: JobArgument,
+    scene: OptionalScene = None,
+    surprises: SurprisesOption = None,
+    longest: drive.LongestOption = 120.0,
+    out: drive.OutOption = None,
+    record: drive.RecordOption = None,
+    view: drive.ViewOption = False,
+    publish: drive.PublishOption = None,
+    port: options.PortOption = 8080,
+    host: options.HostOption = "127.0.0.1",
+    seconds: options.SecondsOption = None,
+    as_json: options.JsonOption = False,
+) -> None:
+    """Drive a job with the simulated robot, whose fingers hold objects by friction. Exit status as `run`."""
+    read = _read(robot, job, scene)
+    happening = NONE if surprises is None else read_surprises(surprises)
+    stands = Problem(scene=read.scene, group=read.group, start=read.start, goal=read.start)
+    with drive.watched(stands, view=view, port=port, host=host, as_json=as_json, publish=publish) as page:
+        driven = run_task(read, surprises=happening, longest=longest, watch=page.look)
+        if record is not None:
+            drive.write_run(record, page.recording, robot)
+        page.linger(seconds)
+    document = driven.as_dict()
+    if out is not None:
+        write_json(out, {**document, "measured": driven.measured.as_dict()})
+    typer.echo(json.dumps(document, allow_nan=False) if as_json else drive.run_report(driven))
+    raise typer.Exit(0 if driven.succeeded else 1)
 
 
 @task.command()

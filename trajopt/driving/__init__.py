@@ -57,6 +57,7 @@ from trajopt.driving.supervisor import Supervisor as Supervisor
 
 if _TYPE_CHECKING:
     from trajopt.driving.rehearsal import RunReport as RunReport
+    from trajopt.driving.rehearsal import TaskReport as TaskReport
     from trajopt.driving.rehearsal import run as run
     from trajopt.driving.run_log import write_mcap as write_mcap
     from trajopt.driving.run_log import write_rerun as write_rerun
@@ -72,7 +73,7 @@ if _TYPE_CHECKING:
     from trajopt.driving.surprises import undisturbed as undisturbed
 
 _LATER = {
-    "rehearsal": "RunReport run",
+    "rehearsal": "RunReport TaskReport run",
     "run_log": "write_mcap write_rerun",
     "simulated": "Fault FaultKind Sensors SimulatedExecutor SimulatedGripper",
     "surprises": "Surprise Surprises random_surprise read_surprises undisturbed",

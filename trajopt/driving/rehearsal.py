@@ -1,9 +1,9 @@
-"""Rehearsal: `run(problem)` plans and drives a problem in simulation among surprises, and measures it."""
+"""Rehearsal: `run` plans and drives a problem or a task in simulation among surprises, and measures it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, overload
 
 import numpy as np
 
@@ -18,15 +18,27 @@ from trajopt.driving.surprises import NONE, Surprises
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.scene.scene import Scene
-from trajopt.simulation import ContactInterval
+from trajopt.simulation import ContactInterval, PoseError, SimulationOptions
+from trajopt.tasks.grasping.stages import PickObject, PlaceObject, SetGripper, hand_of
+from trajopt.tasks.remaining import flat
+from trajopt.tasks.search import TaskStage, held_objects
+from trajopt.tasks.stages import AttachObject, DetachObject, MoveObject
+from trajopt.tasks.task import Task
 from trajopt.values.arrays import Floats, Value
+from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
+from trajopt.values.placement import Placement
+from trajopt.values.printed import in_degrees, in_length
 from trajopt.values.trajectory import Trajectory
 
 LONGEST = 60.0
 """Longest simulated time of a run [s]."""
 SETTLING = 0.3
 """Time for which the robot is watched after its last motion [s]."""
+TASK_TOLERANCE = 1e-3
+"""Tolerance of the joints in tasks [rad | m]: the fingers push the arm a little."""
+TASK_STEP = 1e-3
+"""Time step of the simulation of tasks [s]: with longer ones objects creep in the hand."""
 DEFAULT = SupervisorOptions()
 PERCENTILES = (("p50", 50.0), ("p99", 99.0), ("p99.9", 99.9), ("max", 100.0))
 
@@ -68,24 +80,19 @@ class Pilot(Protocol):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class RunReport(Value):
-    """The result of a run.
+class Driven(Value):
+    """The measurements of a run.
 
     Attributes:
         duration: Simulated time until the end of the last motion [s].
+        contacts: Contacts that the scene does not allow.
         contacts_at_fault: Those while the robot moved by itself, not when an object ran into it at rest.
-        clearance_measured: Smallest distance of the simulated robot from the real obstacles until the end of
-            the commanded motion [m].
-        clearance_proven: Smallest proven distance for the commanded motion [m]; None if the robot did not
-            follow it.
+        measured: The motion of the group.
     """
 
-    reached: bool
     duration: float
     contacts: tuple[ContactInterval, ...]
     contacts_at_fault: tuple[ContactInterval, ...]
-    clearance_measured: float
-    clearance_proven: float | None
     events: tuple[Event, ...]
     seconds: Mapping[str, tuple[float, ...]]
     measured: Trajectory
@@ -97,12 +104,9 @@ class RunReport(Value):
     def as_dict(self) -> dict[str, object]:
         """Return plain data; latencies are percentiles of the CPU time of each stage [s]."""
         return {
-            "reached": self.reached,
             "duration": self.duration,
             "contacts": [str(contact) for contact in self.contacts],
             "contacts_at_fault": [str(contact) for contact in self.contacts_at_fault],
-            "clearance_measured": _finite(self.clearance_measured),
-            "clearance_proven": None if self.clearance_proven is None else _finite(self.clearance_proven),
             "stops": self.count(EventKind.STOPPING),
             "replans": self.count(EventKind.REPLANNED),
             "latencies": {
@@ -115,6 +119,87 @@ class RunReport(Value):
                 for event in self.events
             ],
         }
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RunReport(Driven):
+    """The result of a run to a goal.
+
+    Attributes:
+        clearance_measured: Smallest distance of the simulated robot from the real obstacles until the end of
+            the commanded motion [m].
+        clearance_proven: Smallest proven distance for the commanded motion [m]; None if the robot did not
+            follow it.
+    """
+
+    reached: bool
+    clearance_measured: float
+    clearance_proven: float | None
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the goal was reached without a contact at fault."""
+        return self.reached and not self.contacts_at_fault
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data; latencies are percentiles of the CPU time of each stage [s]."""
+        return {
+            "reached": self.reached,
+            "clearance_measured": _finite(self.clearance_measured),
+            "clearance_proven": None if self.clearance_proven is None else _finite(self.clearance_proven),
+            **super().as_dict(),
+        }
+
+    def __str__(self) -> str:
+        proven = self.clearance_proven
+        known = "not proven" if proven is None else f"{in_length(proven)} proven"
+        return (
+            f"{'reached' if self.reached else 'did not reach'} the goal after {self.duration:.2f} s; "
+            f"clearance {in_length(self.clearance_measured)}, {known}"
+        )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TaskReport(Driven):
+    """The result of a driven task.
+
+    Attributes:
+        completed: Whether all stages are done, except skipped items.
+        placements: Object that the gripper picks -> its real placement in the world at the end.
+        errors: Object -> its deviation from the world of the supervisor at the end.
+    """
+
+    completed: bool
+    placements: Mapping[str, Placement]
+    errors: Mapping[str, PoseError]
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the task was completed without a contact at fault."""
+        return self.completed and not self.contacts_at_fault
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data; latencies are percentiles of the CPU time of each stage [s]."""
+        return {
+            "completed": self.completed,
+            "objects": {
+                name: {
+                    "position": where.translation.tolist(),
+                    "quaternion": where.quaternion.tolist(),
+                    "error": {"position": self.errors[name].position, "rotation": self.errors[name].rotation},
+                }
+                for name, where in self.placements.items()
+            },
+            **super().as_dict(),
+        }
+
+    def __str__(self) -> str:
+        off = (
+            f"; {name} is {in_length(each.position)} and {in_degrees(each.rotation)} from its planned place"
+            for name, each in self.errors.items()
+        )
+        done = "completed" if self.completed else "did not complete"
+        return f"{done} the task after {self.duration:.2f} s" + "".join(off)
 
 
 P = TypeVar("P", bound=Pilot)
@@ -133,32 +218,177 @@ class _KeepingMotions(SimulatedExecutor):
         return refused
 
 
-@checked
+@overload
 def run(
     problem: Problem,
     *,
     surprises: Surprises = NONE,
     options: SupervisorOptions = DEFAULT,
     longest: float = LONGEST,
-    tolerance: float | Floats = TOLERANCE,
+    tolerance: float | Floats | None = None,
     watch: Callable[[Supervisor], object] | None = None,
-) -> RunReport:
-    """Plan a problem and drive it in simulation, as fast as possible; deterministic but for CPU times.
+) -> RunReport: ...
+@overload
+def run(
+    problem: Task,
+    *,
+    surprises: Surprises = NONE,
+    options: SupervisorOptions = DEFAULT,
+    longest: float = LONGEST,
+    tolerance: float | Floats | None = None,
+    watch: Callable[[Supervisor], object] | None = None,
+) -> TaskReport: ...
+@checked
+def run(
+    problem: Problem | Task,
+    *,
+    surprises: Surprises = NONE,
+    options: SupervisorOptions = DEFAULT,
+    longest: float = LONGEST,
+    tolerance: float | Floats | None = None,
+    watch: Callable[[Supervisor], object] | None = None,
+) -> RunReport | TaskReport:
+    """Plan a problem or a task, and drive it in simulation; deterministic but for CPU times.
+
+    In a task only friction holds the objects that the gripper picks, and `MoveObject` moves the real object,
+    too.
 
     Args:
         surprises: Unannounced changes, which the supervisor sees with the delay of the sensors.
+        longest: Longest simulated time [s].
         tolerance: As for `SimulatedExecutor`; use the tolerance of your driver to rehearse with its margin.
+            If None, 0.1 mrad or mm; 1 mrad or mm for tasks, as the fingers push the arm.
         watch: Called after each cycle: `logbook.look`, for a view or a recording.
+
+    Raises:
+        ProblemError: If a task attaches an object without a gripper, begins with one in the hand, or if a
+            surprise moves an object that it handles.
+        ModelError: If the robot, or an object that the gripper picks, has no mass.
     """
+    if isinstance(problem, Task):
+        allowed = TASK_TOLERANCE if tolerance is None else tolerance
+        return _Cell(problem, surprises, options, allowed).driven(longest, watch)
     return driven_by(
         lambda arm: Supervisor(arm, problem, options),
         problem,
         surprises=surprises,
         cycle=options.cycle,
         longest=longest,
-        tolerance=tolerance,
+        tolerance=TOLERANCE if tolerance is None else tolerance,
         watch=watch,
     )
+
+
+class _Cell:
+    """The simulated cell of a task: robot, gripper, loose objects, and those that a machine moves."""
+
+    def __init__(
+        self, task: Task, surprises: Surprises, options: SupervisorOptions, tolerance: float | Floats
+    ) -> None:
+        stages = tuple(flat(task.stages))
+        hands = [each for each in stages if isinstance(each, SetGripper | PickObject | PlaceObject)]
+        self._loose = tuple(dict.fromkeys(each.object for each in stages if isinstance(each, PickObject)))
+        self._machine = tuple(dict.fromkeys(each.object for each in stages if isinstance(each, MoveObject)))
+        _check_cell(task, stages, (*self._loose, *self._machine), surprises)
+        self._task, self._surprises, self._cycle = task, surprises, options.cycle
+        self._world = surprises.world(task.scene)
+        self.arm = SimulatedExecutor(
+            self._world,
+            task.start_positions,
+            tolerance=tolerance,
+            sensors=surprises.sensors,
+            faults=surprises.faults,
+            options=SimulationOptions(dt=TASK_STEP),
+            gripper=hand_of(task.scene, hands[0].gripper) if hands else None,
+            loose=self._loose,
+        )
+        joints = task.scene.robot.index(task.scene.robot.group(task.group).joints)
+        at_start = task.start_positions[joints]
+        stands = Problem(scene=task.scene, group=task.group, start=task.start_positions, goal=at_start)
+        self._names = stands.reduced.joint_names
+        self._supervisor = Supervisor(self.arm, stands, options, self.arm.gripper)
+        self._samples: list[tuple[float, Floats, Floats]] = []
+        self._contacts: tuple[ContactInterval, ...] = ()
+        self._at_fault: tuple[ContactInterval, ...] = ()
+
+    def driven(self, longest: float, watch: Callable[[Supervisor], object] | None) -> TaskReport:
+        arm, supervisor, surprises = self.arm, self._supervisor, self._surprises
+        supervisor.see(self._task.scene, 0.0)
+        supervisor.go(self._task)
+        changes = list(surprises.times)
+        while supervisor.busy and arm.now() < longest and (changes or not supervisor.blocked):
+            while changes and changes[0] + surprises.sensors.delay <= arm.now():
+                supervisor.see(self._seen(changes.pop(0)), 0.0)
+            supervisor.cycle()
+            self._follow_machine()
+            if watch is not None:
+                watch(supervisor)
+            self._advance(self._cycle)
+        duration = arm.now()
+        self._advance(SETTLING)
+        self._collect()
+        places = {name: arm.placement_of(name) for name in self._loose}
+        return TaskReport(
+            completed=bool(supervisor.events) and supervisor.events[-1].kind is EventKind.COMPLETED,
+            duration=duration,
+            contacts=self._contacts,
+            contacts_at_fault=self._at_fault,
+            placements=places,
+            errors={name: self._error(name, where) for name, where in places.items()},
+            events=tuple(supervisor.events),
+            seconds={stage: tuple(times) for stage, times in supervisor.seconds.items()},
+            measured=_trajectory(self._names, self._samples),
+        )
+
+    def _advance(self, seconds: float) -> None:
+        columns = [self.arm.joint_names.index(name) for name in self._names]
+        for _ in range(max(1, round(seconds / self.arm.period))):
+            truth = self.arm.truth()
+            self._samples.append((truth.stamp, truth.positions[columns], truth.velocities[columns]))
+            self.arm.advance(self.arm.period)
+
+    def _seen(self, time: float) -> Scene:
+        scene, model = self._task.scene, self._supervisor.scene
+        for name in self._loose:
+            scene = scene.move(name, self.arm.placement_of(name))
+        for name in self._machine:
+            scene = scene.move(name, model.holder(name).placement)
+        return self._surprises.seen(scene, time)
+
+    def _follow_machine(self) -> None:
+        for name in self._machine:
+            where = self._supervisor.scene.holder(name).placement
+            if not np.array_equal(where.homogeneous, self._world.holder(name).placement.homogeneous):
+                self._collect()
+                self._world = self._world.move(name, where)
+                self.arm.change(self._world, begin=0.0)
+
+    def _collect(self) -> None:
+        """Add the contacts in the present world, which a change of the world discards."""
+        found = (self.arm.contacts, self.arm.contacts_at_fault)
+        own, fault = (tuple(each for each in seen if each.allowance is None) for seen in found)
+        self._contacts, self._at_fault = (*self._contacts, *own), (*self._at_fault, *fault)
+
+    def _error(self, name: str, where: Placement) -> PoseError:
+        scene, at = self._supervisor.scene, np.array(self._task.start_positions)
+        at[scene.robot.index(self._names)] = self._samples[-1][1]
+        return PoseError.between(scene.placement_of(name, scene.robot.followed(at)), where)
+
+
+def _check_cell(
+    task: Task, stages: Sequence[TaskStage], handled: Sequence[str], surprises: Surprises
+) -> None:
+    for stage in stages:
+        if isinstance(stage, AttachObject | DetachObject):
+            raise ProblemError(
+                f"run: stage {shown(stage.name)}: the simulated robot has no suction cup; use PickObject and "
+                "PlaceObject, or look at the plan with view"
+            )
+    for name in handled:
+        if name in held_objects(task.scene):
+            raise ProblemError(f"run: object {shown(name)} is in the hand at the start: begin with its pick")
+        if name in {each.name for each in surprises.objects}:
+            raise ProblemError(f"run: object {shown(name)} is handled by the task: no surprise can move it")
 
 
 def driven_by(

@@ -328,6 +328,7 @@ class SimulatedExecutor:
         if world is not self._world:
             places = {name: plant.placement_of(name) for name in self._loose}
             self._build(world, group(plant.positions), group(plant.velocities), places)
+            self._payload = ""  # the new controller does not know it yet
         self._count(begin, duration)
 
     @property

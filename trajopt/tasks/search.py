@@ -300,7 +300,7 @@ class TaskSearch:
         return self._planned_before[state]
 
     def continued(self, before: TaskState, way: TaskState) -> Way:
-        if len(way.segments) > len(before.segments):
+        if way.segments != before.segments:
             return way
         begun = self.planned(before)
         if isinstance(begun, StageRefusal):
