@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 import trajopt as to
 from trajopt.cli import app_for
 from trajopt.files.bundle import read_result
-from trajopt.tasks import AttachObject, read_task
+from trajopt.tasks import AttachObject, OneOf, StageCost, StageLimits, Within, read_task
 from trajopt.tasks.cartesian import Followed, follow, follows_curve, line
 from trajopt.values.errors import FileFormatError, ProblemError
 
@@ -48,7 +48,11 @@ stages:
     to: {position: [0.0, 0.9, 0.3]}
     seconds: 1
   - one_of: [[{move_to: ready}, {dwell: 1}], {move_to: extended}]
+    cost: {duration: 1, clearance: 5}
+    ways_each: 2
   - fallback: [{move_to: ready}]
+  - within: [{move_to: ready}]
+    limits: {duration: 5, clearance: 0.01, joints: {panda_joint1: [-1, 1]}}
   - gripper: 0.01
   - attach: door
     link: panda_hand_tcp
@@ -186,10 +190,14 @@ def test_every_kind_of_stage_is_read(tmp_path: Path) -> None:
     assert task.blend == 0.03
     assert task.name == "job"
     assert [type(stage).__name__ for stage in task.stages] == [
-        *("PickObject", "PlaceObject", "MoveObject", "OneOf", "Fallback"),
+        *("PickObject", "PlaceObject", "MoveObject", "OneOf", "Fallback", "Within"),
         *("SetGripper", "AttachObject", "DetachObject"),
     ]
-    attached = task.stages[6]
+    chosen, limited = task.stages[3], task.stages[5]
+    assert isinstance(chosen, OneOf) and isinstance(limited, Within)
+    assert (chosen.cost, chosen.ways_each) == (StageCost(duration=1.0, clearance=5.0), 2)
+    assert limited.limits == StageLimits(duration=5.0, clearance=0.01, joints={"panda_joint1": (-1.0, 1.0)})
+    attached = task.stages[7]
     assert isinstance(attached, AttachObject)
     assert attached.touch_links == ("panda_leftfinger", "panda_rightfinger")
 
@@ -199,6 +207,11 @@ def test_every_kind_of_stage_is_read(tmp_path: Path) -> None:
     [
         ("{dwel: 1}", r"stages\[0\]: needs one of the keys move_to, dwell"),
         ("{dwell: 1, goal: ready}", "goal"),
+        ("{within: [{dwell: 1}], limits: {durations: 1}}", "did you mean 'duration'"),
+        ("{within: [{dwell: 1}], limits: {joints: {panda_joint1: [1]}}}", "the lowest and the highest"),
+        ("{within: [{dwell: 1}], limits: {joints: {panda_joint: [0, 1]}}}", "no joint named 'panda_joint'"),
+        ("{one_of: [{dwell: 1}], ways_each: 1.5}", "must be a whole number"),
+        ("{one_of: [{dwell: 1}], cost: {duration: -1}}", "duration must be at least 0"),
         ("{move_to: ready, dwell: 1}", "needs one of the keys"),
         ("{dwell: -1}", r"stages\[0\]: seconds must be positive"),
         ("{move_to: redy}", "no state of group 'panda_arm' named 'redy'; did you mean 'ready'"),

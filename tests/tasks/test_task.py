@@ -28,10 +28,14 @@ from trajopt.tasks import (
     PickObject,
     PlaceObject,
     SetGripper,
+    StageCost,
+    StageLimits,
     Task,
     TaskResult,
     TaskStage,
+    Within,
     joint_travel,
+    least_clearance,
 )
 from trajopt.tasks.cartesian import Begin, FollowOptions, line, raster
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of
@@ -39,6 +43,7 @@ from trajopt.tasks.grasping.simulation import Hold, simulate_handling, simulate_
 from trajopt.values.errors import FileFormatError, NameNotFound, PlanningFailed, ProblemError
 from trajopt.viewer.report import write_report
 
+LIMITED = StageLimits(joints={"panda_joint7": (-2.9, 0.9)})
 DOWN = (np.pi, 0.0, 0.0)
 ARM = tuple(f"panda_joint{number}" for number in range(1, 8))
 READY = (0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785)
@@ -329,6 +334,54 @@ def test_one_of_takes_the_cheapest_and_fallback_the_first(cell: to.Scene) -> Non
     found = to.plan(task(cell, Fallback([below, [near, Dwell(0.1)]])))
     assert [stage.name for stage in found.stages] == ["near", "dwell"]
     assert {refusal.stage for refusal in found.refusals} == {"below"}
+
+
+def test_the_ways_of_a_stage_are_compared_by_a_cost(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
+    """Of three grasps the first is taken, or that with the largest clearance."""
+    first = to.plan(task(cell, PickObject("cup", grasps[:3])))
+    clearest = OneOf([PickObject("cup", grasps[:3])], cost=StageCost(clearance=1.0), ways_each=3)
+    found = to.plan(task(cell, clearest))
+    assert found.verified, found.explain()
+    least = [least_clearance(each.segments) for each in (first, found)]
+    assert least[1] >= least[0]
+    travels = OneOf([PickObject("cup", grasps[:3])], cost=StageCost(joint_travel=1.0), ways_each=3)
+    short = to.plan(task(cell, travels))
+    assert joint_travel(short.segments) <= joint_travel(first.segments) + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (StageLimits(duration=0.05), "longer than 0.05 s"),
+        (StageLimits(joint_travel=0.1), "farther than 0.1"),
+        (StageLimits(clearance=2.0), "less than 2"),
+        (StageLimits(joints={"panda_joint2": (0.5, 0.6)}), "panda_joint2 moves from"),
+    ],
+)
+def test_ways_beyond_limits_are_rejected(cell: to.Scene, limits: StageLimits, words: str) -> None:
+    near, far = MoveTo("ready", name="near"), MoveTo(over(0.45, 0.3), name="far")
+    refused = to.plan(task(cell, Within([far], limits, name="strict")))
+    assert refused.status is Status.STAGE_LIMITS
+    assert "strict: " in refused.reason and words in refused.reason
+    if limits.clearance < 0.0:
+        taken = to.plan(task(cell, Fallback([Within([far], limits), near]), MoveTo("extended")))
+        assert [stage.name for stage in taken.stages] == ["near", "move to extended"]
+
+
+def test_limits_choose_another_way_and_hold_in_the_plan(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
+    free = to.plan(task(cell, PickObject("cup", grasps)))
+    found = to.plan(task(cell, Within([PickObject("cup", grasps)], LIMITED, name="turned"), MoveTo("ready")))
+    assert found.verified, found.explain()
+    assert {refusal.stage for refusal in found.refusals} == {"turned"}
+    row = cell.robot.joint_names.index("panda_joint7")
+
+    def highest(result: TaskResult) -> float:
+        motions = [each for each in result.segments if each.stages[0].startswith("pick cup")]
+        return max(
+            float(each.positions(time)[row]) for each in motions for time in each.trajectory.times.tolist()
+        )
+
+    assert highest(found) <= 0.9 < highest(free)
 
 
 def test_an_earlier_choice_is_revised(cell: to.Scene) -> None:

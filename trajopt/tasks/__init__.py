@@ -18,7 +18,11 @@ from trajopt.tasks.stages import ForEach as ForEach
 from trajopt.tasks.stages import MoveObject as MoveObject
 from trajopt.tasks.stages import MoveTo as MoveTo
 from trajopt.tasks.stages import OneOf as OneOf
+from trajopt.tasks.stages import StageCost as StageCost
+from trajopt.tasks.stages import StageLimits as StageLimits
+from trajopt.tasks.stages import Within as Within
 from trajopt.tasks.stages import duration as duration
 from trajopt.tasks.stages import joint_travel as joint_travel
+from trajopt.tasks.stages import least_clearance as least_clearance
 from trajopt.tasks.task import Task as Task
 from trajopt.tasks.written import read_task as read_task

@@ -9,7 +9,7 @@ from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.search import Item, StageWithItems, TaskStage, as_items, held_objects
-from trajopt.tasks.stages import Fallback, FollowCurve, ForEach, MoveTo, OneOf
+from trajopt.tasks.stages import Fallback, FollowCurve, ForEach, MoveTo, OneOf, Within
 from trajopt.values.arrays import Floats
 
 
@@ -64,7 +64,7 @@ class RemainingStages:
         begun = [item for item in items if any(map(self._begun, item))]
         rest = [] if self._skips(stage, begun[-1]) else self.of(begun[-1])
         others = [item for item in items if item not in begun]
-        if isinstance(stage, ForEach):
+        if isinstance(stage, ForEach | Within):
             return self._with_items(stage, [rest, *others] if rest else others)
         return (*rest, *(() if isinstance(stage, OneOf | Fallback) else self._with_items(stage, others)))
 

@@ -1,8 +1,9 @@
 """Stages of a task: motions, pauses, handling of objects, and choices between them."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import inf
 
 import numpy as np
 
@@ -28,10 +29,11 @@ from trajopt.tasks.search import (
     in_sequence,
     later,
 )
-from trajopt.values.arrays import Floats, Value, number
+from trajopt.values.arrays import Floats, Value, at_least, number, one_of
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import PlacementLike, as_placement
+from trajopt.values.printed import in_length
 from trajopt.verify import Judge, Moment
 
 
@@ -320,6 +322,82 @@ def joint_travel(segments: Sequence[TaskSegment]) -> float:
     return sum(float(np.abs(np.diff(segment.trajectory.positions, axis=0)).sum()) for segment in segments)
 
 
+def least_clearance(segments: Sequence[TaskSegment]) -> float:
+    """Return the least proven clearance of motions [m]; infinity without any."""
+    return min((segment.result.require().certificate.clearance for segment in segments), default=inf)
+
+
+@checked
+@dataclass(frozen=True, kw_only=True)
+class StageCost(Value):
+    """A weighted sum as the cost of an alternative of `OneOf`.
+
+    Attributes:
+        duration: Weight of the duration [1/s].
+        joint_travel: Weight of the travelled way of all joints [1/rad | 1/m].
+        clearance: Weight of the least clearance, which is subtracted [1/m].
+    """
+
+    duration: float = 0.0
+    joint_travel: float = 0.0
+    clearance: float = 0.0
+
+    def __post_init__(self) -> None:
+        at_least(self, 0.0, "duration", "joint_travel", "clearance")
+
+    @checked
+    def __call__(self, segments: Sequence[TaskSegment]) -> float:
+        clearance = self.clearance * least_clearance(segments) if self.clearance else 0.0
+        return self.duration * duration(segments) + self.joint_travel * joint_travel(segments) - clearance
+
+
+@checked
+@dataclass(frozen=True, kw_only=True)
+class StageLimits(Value):
+    """Limits of the ways to do a stage, for `Within`.
+
+    Attributes:
+        duration: Longest duration, rests included [s].
+        joint_travel: Longest travelled way of all joints [rad | m].
+        clearance: Least proven clearance [m].
+        joints: Joint -> lowest and highest position at all points of the motions [rad | m].
+    """
+
+    duration: float = inf
+    joint_travel: float = inf
+    clearance: float = -inf
+    joints: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
+
+    def __post_init__(self) -> None:
+        for name in ("duration", "joint_travel"):
+            if number(name, getattr(self, name), infinite=True) < 0.0:
+                raise ProblemError(f"{name} must not be negative, is {getattr(self, name):g}")
+        number("clearance", self.clearance, infinite=True)
+        for joint, (low, high) in self.joints.items():
+            if number("joints", low, infinite=True) > number("joints", high, infinite=True):
+                raise ProblemError(f"joints: the range of {shown(joint)} is empty: {low:g} to {high:g}")
+
+    def broken(self, segments: Sequence[TaskSegment], seconds: float) -> str:
+        """Return the limit that motions of a duration exceed, "" if none."""
+        if seconds > self.duration:
+            return f"takes {seconds:.2f} s, longer than {self.duration:g} s"
+        travel, clearance = joint_travel(segments), least_clearance(segments)
+        if travel > self.joint_travel:
+            return f"the joints travel {travel:.3g}, farther than {self.joint_travel:g}"
+        if clearance < self.clearance:
+            return f"has a clearance of {in_length(clearance)}, less than {in_length(self.clearance)}"
+        return next((words for segment in segments if (words := self._left(segment))), "")
+
+    def _left(self, segment: TaskSegment) -> str:
+        """Return the joint that leaves its range, "" if none."""
+        rows = np.array([segment.positions(time) for time in segment.trajectory.times.tolist()])
+        for joint, (low, high) in self.joints.items():
+            at = rows[:, segment.scene.robot.index([joint])[0]]
+            if at.min() < low or at.max() > high:
+                return f"{joint} moves from {at.min():.3g} to {at.max():.3g}, out of {low:g} to {high:g}"
+        return ""
+
+
 def held_after_each(
     items: Sequence[Item], scene: Scene, group: str, held: frozenset[str]
 ) -> Iterator[frozenset[str]]:
@@ -340,23 +418,32 @@ def held_after_any(items: Sequence[Item], scene: Scene, group: str, held: frozen
 
 @dataclass(frozen=True, eq=False)
 class OneOf(Value):
-    """The cheapest of several alternatives that can be planned."""
+    """The cheapest of several alternatives that can be planned.
+
+    Attributes:
+        cost: Of the motions of an alternative: a `StageCost`, or a function.
+        ways_each: Ways of each alternative that are compared, such as the grasps of a pick.
+    """
 
     items: Sequence[Item]
     cost: Cost = duration
     name: str = ""
+    ways_each: int = 1
     default_name = "one of"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "items", as_items(self.items))
+        if type(self.ways_each) is not int or self.ways_each < 1:
+            raise ProblemError(f"ways_each must be a whole number from 1, is {shown(self.ways_each)}")
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         return held_after_any(self.items, scene, group, held)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the first way of each alternative that can be planned to a rest, the cheapest first."""
+        """Yield the first ways of each alternative that can be planned to a rest, the cheapest first."""
         found: list[tuple[float, TaskState]] = []
         for item in as_items(self.items):
+            enough = len(found) + self.ways_each
             for way in in_sequence(item, search, state):
                 ended = way if isinstance(way, StageRefusal) else search.rested(way)
                 if isinstance(ended, StageRefusal):
@@ -364,7 +451,8 @@ class OneOf(Value):
                     continue
                 assert not isinstance(way, StageRefusal)
                 found.append((self.cost(ended.segments[len(state.segments) :]), way))
-                break
+                if len(found) == enough:
+                    break
         for _, way in sorted(found, key=lambda one: one[0]):
             yield way
 
@@ -406,6 +494,51 @@ class ForEach(Value):
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         yield from in_sequence(self._stages, search, state)
+
+    @property
+    def _stages(self) -> list[TaskStage]:
+        return [stage for item in as_items(self.items) for stage in item]
+
+
+@dataclass(frozen=True, eq=False)
+class Within(Value):
+    """Items in order, in a way within limits; the arm rests before and after them.
+
+    Attributes:
+        limits: Limits of all items together.
+    """
+
+    items: Sequence[Item]
+    limits: StageLimits
+    name: str = ""
+    default_name = "within"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "items", as_items(self.items))
+        one_of("limits", self.limits, StageLimits)
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        for joint in self.limits.joints:
+            scene.robot.index([joint])
+        for stage in self._stages:
+            held = stage.held_after(scene, group, held)
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        begun = search.rested(state)
+        if isinstance(begun, StageRefusal):
+            yield begun
+            return
+        for way in in_sequence(self._stages, search, begun):
+            ended = way if isinstance(way, StageRefusal) else search.rested(way)
+            if isinstance(ended, StageRefusal):
+                yield ended
+                continue
+            own = ended.segments[len(begun.segments) :]
+            if words := self.limits.broken(own, ended.time - begun.time):
+                yield StageRefusal(self.name, Status.STAGE_LIMITS, words)
+            else:
+                yield ended
 
     @property
     def _stages(self) -> list[TaskStage]:

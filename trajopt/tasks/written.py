@@ -27,6 +27,10 @@ from trajopt.tasks.stages import (
     MoveObject,
     MoveTo,
     OneOf,
+    StageCost,
+    StageLimits,
+    Within,
+    duration,
 )
 from trajopt.tasks.task import Task
 from trajopt.values.documents.document import Node, read_document
@@ -49,8 +53,9 @@ def read_task(path: Path | str, scene: Scene) -> Task:
     - `attach` with `link` and optionally `touch_links` (a list), `detach`,
     - `move_object` with `to` and optionally `seconds`,
     - `follow` (a frame) with `poses` or `file`, optionally `blend`, `speed` [m/s], `steady`, `off` [m],
-    - `any_order` (optionally with `then`), `for_each`, `one_of` and `fallback`: each item is a stage or a
-      list of stages.
+    - `any_order` (optionally with `then`), `for_each`, `one_of` (optionally with `cost` and `ways_each`),
+      `fallback`, and `within` with `limits`: each item is a stage or a list of stages. `cost` and `limits`
+      are mappings of the members of `StageCost` and `StageLimits`.
 
     Raises:
         FileFormatError: If the file is missing or invalid.
@@ -167,6 +172,29 @@ def _move_object(node: Node, moved: Node, _: _Cell, name: str) -> TaskStage:
     return MoveObject(moved.text(), _pose(node["to"]), seconds=seconds, name=name)
 
 
+def _one_of(node: Node, listed: Node, cell: _Cell, name: str) -> TaskStage:
+    weights = node["cost"].only(("duration", "joint_travel", "clearance")).members()
+    cost = StageCost(**{key: each.number() for key, each in weights.items()}) if weights else duration
+    ways = node["ways_each"].number(default=1.0)
+    if not ways.is_integer():
+        raise node["ways_each"].error(f"must be a whole number, is {ways:g}")
+    return OneOf(_items(listed, cell), cost=cost, name=name, ways_each=int(ways))
+
+
+def _within(node: Node, listed: Node, cell: _Cell, name: str) -> TaskStage:
+    limits = node["limits"].only(("duration", "joint_travel", "clearance", "joints"))
+    joints = {joint: _range(each) for joint, each in limits["joints"].members().items()}
+    bounds = {key: each.number() for key, each in limits.members().items() if key != "joints"}
+    return Within(_items(listed, cell), StageLimits(**bounds, joints=joints), name=name)
+
+
+def _range(node: Node) -> tuple[float, float]:
+    numbers = node.numbers()
+    if len(numbers) != 2:
+        raise node.error("must be the lowest and the highest position")
+    return numbers[0], numbers[1]
+
+
 Read = Callable[[Node, Node, _Cell, str], TaskStage]
 _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "move_to": ((), _move_to),
@@ -180,7 +208,8 @@ _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "follow": (("poses", "file", "speed", "steady", "blend", "off"), _follow),
     "any_order": (("then",), _any_order),
     "for_each": ((), lambda _, value, cell, name: ForEach(_items(value, cell), name=name)),
-    "one_of": ((), lambda _, value, cell, name: OneOf(_items(value, cell), name=name)),
+    "one_of": (("cost", "ways_each"), _one_of),
+    "within": (("limits",), _within),
     "fallback": ((), lambda _, value, cell, name: Fallback(_items(value, cell), name=name)),
 }
 """Key of each kind of stage -> its other keys, and the function that reads it."""

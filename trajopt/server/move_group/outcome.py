@@ -51,6 +51,7 @@ CODES = {
     Status.OUT_OF_REACH: MoveItErrorCodes.NO_IK_SOLUTION,
     Status.BRANCH_JUMP: MoveItErrorCodes.INVALID_MOTION_PLAN,
     Status.GRIPPER_CANNOT: MoveItErrorCodes.PLANNING_FAILED,
+    Status.STAGE_LIMITS: MoveItErrorCodes.PLANNING_FAILED,
     Status.NO_TIMING: MoveItErrorCodes.INVALID_MOTION_PLAN,
     Status.NOT_VERIFIED: MoveItErrorCodes.INVALID_MOTION_PLAN,
 }
