@@ -77,28 +77,34 @@ def document_of(response: httpx.Response) -> Any:
         document = None
     if response.is_success and document is not None:
         return document
-    raise error_of(response.status_code, document)
+    after = response.headers.get(AGAIN, response.headers.get("retry-after", "1"))
+    raise error_of(response.status_code, document, after)
 
 
-def error_of(status: int, document: object) -> ServerError:
-    error: object = cast(Document, document).get("error") if isinstance(document, dict) else None
-    if not isinstance(error, dict):
-        return ServerError(status, "failed", f"the server answered with status {status}")
-    stated = cast(Document, error)
-    return ServerError(status, str(stated.get("kind")), str(stated.get("reason")))
-
-
-def again_after(response: httpx.Response) -> float | None:
-    if response.status_code != FULL:
-        return None
-    return max(float(response.headers.get(AGAIN, response.headers.get("retry-after", "1"))), SHORTEST)
-
-
-def refusal_of(document: Document) -> ServerError:
-    error = error_of(int(document.get("status", 200)), document)
-    after = document.get("retry_after")
-    error.retry_after = max(float(after), SHORTEST) if after is not None and error.status == FULL else None
+def error_of(status: int, document: object, after: object) -> ServerError:
+    stated: object = cast(Document, document).get("error") if isinstance(document, dict) else None
+    if not isinstance(stated, dict):
+        stated = {"kind": "failed", "reason": f"the server answered with status {status}"}
+    members = cast(Document, stated)
+    error = ServerError(status, str(members.get("kind")), str(members.get("reason")))
+    if status == FULL and after is not None:
+        error.retry_after = max(float(cast(str, after)), SHORTEST)
     return error
+
+
+class Retries:
+    """Tries of a request, until a full server takes it or the patience is over [s]."""
+
+    def __init__(self, patience: float) -> None:
+        self._until = time.monotonic() + patience
+
+    def delay(self, error: httpx.HTTPError | ServerError) -> float:
+        """Return the time until the next try [s]; raise the error if there is none."""
+        if isinstance(error, httpx.HTTPError):
+            raise ServerError(0, "unreachable", str(error) or type(error).__name__) from error
+        if error.retry_after is None or time.monotonic() + error.retry_after > self._until:
+            raise error
+        return error.retry_after
 
 
 class Events:
@@ -116,7 +122,7 @@ class Events:
         if self._name == "answer":
             return document
         if self._name == "refusal":
-            raise refusal_of(document)
+            raise error_of(int(document.get("status", 200)), document, document.get("retry_after"))
         self._listener(document)
         return None
 
@@ -143,6 +149,12 @@ class Call(Value):
     timeout: float | None = None
     name: str = ""
     data: bytes | None = None
+
+    def request(self, http: httpx.Client | httpx.AsyncClient) -> httpx.Request:
+        """Return it as a request of httpx."""
+        return http.build_request(
+            self.method, self.path, headers=self.headers, params=self.parameters, **self.content
+        )
 
     @property
     def headers(self) -> dict[str, str]:
@@ -389,35 +401,24 @@ class Client:
 
     @checked
     def send(self, call: Call) -> Any:
-        until = time.monotonic() + self._patience
+        retries = Retries(self._patience)
         while True:
             try:
-                answer, after = self._once(call)
-            except httpx.HTTPError as error:
-                raise ServerError(0, "unreachable", str(error) or type(error).__name__) from error
-            except ServerError as error:
-                if error.retry_after is None or time.monotonic() + error.retry_after > until:
-                    raise
-                answer, after = error, error.retry_after
-            if after is None or time.monotonic() + after > until:
-                return document_of(answer) if isinstance(answer, httpx.Response) else answer
-            time.sleep(after)
+                return self._once(call)
+            except (httpx.HTTPError, ServerError) as error:
+                delay = retries.delay(error)
+            time.sleep(delay)
 
-    def _once(self, call: Call) -> tuple[httpx.Response | Document, float | None]:
-        request = self._http.build_request(
-            call.method, call.path, headers=call.headers, params=call.parameters, **call.content
-        )
-        response = self._http.send(request, stream=True)
+    def _once(self, call: Call) -> Any:
+        response = self._http.send(call.request(self._http), stream=True)
         try:
-            after = again_after(response)
             if call.listener is None or not response.is_success:
                 response.read()
-                return response, after
+                return document_of(response)
             events = Events(call.listener)
             for line in response.iter_lines():
-                answer = events.take(line)
-                if answer is not None:
-                    return answer, None
+                if (answer := events.take(line)) is not None:
+                    return answer
         finally:
             response.close()
         raise ServerError(0, "unreachable", "the server has gone in the midst of the request")
@@ -492,35 +493,24 @@ class AsyncClient:
     @checked
     async def send(self, call: Call) -> Any:
         """Send a request repeatedly while the server is full, and return the answer."""
-        until = time.monotonic() + self._patience
+        retries = Retries(self._patience)
         while True:
             try:
-                answer, after = await self._once(call)
-            except httpx.HTTPError as error:
-                raise ServerError(0, "unreachable", str(error) or type(error).__name__) from error
-            except ServerError as error:
-                if error.retry_after is None or time.monotonic() + error.retry_after > until:
-                    raise
-                answer, after = error, error.retry_after
-            if after is None or time.monotonic() + after > until:
-                return document_of(answer) if isinstance(answer, httpx.Response) else answer
-            await asyncio.sleep(after)
+                return await self._once(call)
+            except (httpx.HTTPError, ServerError) as error:
+                delay = retries.delay(error)
+            await asyncio.sleep(delay)
 
-    async def _once(self, call: Call) -> tuple[httpx.Response | Document, float | None]:
-        request = self._http.build_request(
-            call.method, call.path, headers=call.headers, params=call.parameters, **call.content
-        )
-        response = await self._http.send(request, stream=True)
+    async def _once(self, call: Call) -> Any:
+        response = await self._http.send(call.request(self._http), stream=True)
         try:
-            after = again_after(response)
             if call.listener is None or not response.is_success:
                 await response.aread()
-                return response, after
+                return document_of(response)
             events = Events(call.listener)
             async for line in response.aiter_lines():
-                answer = events.take(line)
-                if answer is not None:
-                    return answer, None
+                if (answer := events.take(line)) is not None:
+                    return answer
         finally:
             await response.aclose()
         raise ServerError(0, "unreachable", "the server has gone in the midst of the request")

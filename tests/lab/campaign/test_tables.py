@@ -1,24 +1,11 @@
-"""Rows are put into tables as Arrow itself does it, without the packages that it would look into."""
+"""Rows of a campaign in tables, and the tables as files."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pytest
 
-from trajopt.lab.campaign import CampaignFolder
-from trajopt.lab.campaign.columns import encoded, read_rows, row_columns, table_of, task_columns
+from trajopt.lab.campaign.columns import encoded, read_rows, row_columns
 from trajopt.values.errors import CampaignError
-
-WITHOUT_PANDAS = """
-import sys
-from trajopt.lab.campaign.columns import encoded, row_columns
-encoded([{"id": "a", "parameters": {"x": 1.0}, "times": [0.0, 1.0], "verified": True}])
-assert "pyarrow" in sys.modules
-sys.exit("pandas" in sys.modules)
-"""
 
 
 def odd() -> list[dict[str, object]]:
@@ -31,20 +18,17 @@ def odd() -> list[dict[str, object]]:
     ]
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 3, 4])
-def test_a_table_equals_arrows_own_conversion(count: int) -> None:
-    table = table_of(odd()[:count], row_columns())
-    table.validate(full=True)
-    assert table.equals(pa.Table.from_pylist(odd()[:count], schema=row_columns()))
-
-
-def test_rows_and_problems_of_a_campaign_are_read_back(planned: CampaignFolder) -> None:
-    for columns, rows in (
-        (row_columns(), list(planned.rows())),
-        (task_columns(), [vars(task) for task in planned.tasks()]),
-    ):
-        expected = pa.Table.from_pylist([dict(row) for row in rows], schema=columns)
-        assert table_of(rows, columns).equals(expected) and expected.num_rows == 12
+def test_missing_values_are_null_and_all_others_are_read_back(tmp_path: Path) -> None:
+    file = tmp_path / "rows.parquet"
+    file.write_bytes(encoded(odd()))
+    read = list(read_rows(file))
+    assert all(read[0][name] is None for name in row_columns().names)
+    for before, after in zip(odd(), read, strict=True):
+        stated = {name: after[name] for name in before}
+        assert stated == {
+            name: list(each) if isinstance(each, tuple | np.ndarray) else each
+            for name, each in before.items()
+        }
 
 
 def test_flipped_bits_of_pages_are_refused(tmp_path: Path) -> None:
@@ -64,12 +48,3 @@ def test_flipped_bits_of_pages_are_refused(tmp_path: Path) -> None:
         except CampaignError:
             refused += 1
     assert refused > 50
-
-
-def test_a_column_of_another_kind_is_refused() -> None:
-    with pytest.raises(TypeError, match="date"):
-        table_of([{"day": None}], pa.schema([("day", pa.date32())]))
-
-
-def test_writing_rows_does_not_import_pandas() -> None:
-    assert subprocess.run([sys.executable, "-c", WITHOUT_PANDAS], check=False, timeout=120).returncode == 0

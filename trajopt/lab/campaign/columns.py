@@ -3,18 +3,16 @@
 docs/campaigns.md lists every column.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
-from itertools import chain
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-import pyarrow as pa
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from trajopt.values.documents.files import written_whole
 from trajopt.values.errors import CampaignError, FileFormatError, MissingExtra
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 Row = Mapping[str, Any]
 """One result, by column."""
@@ -88,7 +86,7 @@ def encoded(rows: Sequence[Row]) -> bytes:
 
     stream = pa.BufferOutputStream()
     pq.write_table(
-        table_of(rows, row_columns()),
+        pa.Table.from_pylist(rows, schema=row_columns()),
         stream,
         compression="zstd",
         write_page_checksum=True,
@@ -100,6 +98,7 @@ def encoded(rows: Sequence[Row]) -> bytes:
 
 def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
     """Write the table of problems atomically, without duplicates; return the number of rows."""
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     columns, seen = task_columns(), set[bytes]()
@@ -117,9 +116,9 @@ def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
                 seen.add(key)
                 some.append(task)
                 if len(some) == ROWS_AT_ONCE:
-                    writer.write_table(table_of(some, columns))
+                    writer.write_table(pa.Table.from_pylist(some, schema=columns))
                     some = []
-            writer.write_table(table_of(some, columns))
+            writer.write_table(pa.Table.from_pylist(some, schema=columns))
     except FileFormatError as error:
         raise CampaignError(str(error)) from error
     return len(seen)
@@ -132,8 +131,7 @@ def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict
     try:
         with pq.ParquetFile(path, page_checksum_verification=True) as file:
             for batch in file.iter_batches(ROWS_AT_ONCE, columns=None if columns is None else list(columns)):
-                for row in batch.to_pylist():
-                    yield {name: dict(item) if _is_map(item) else item for name, item in row.items()}
+                yield from batch.to_pylist(maps_as_pydicts="lossy")
     except (OSError, pa.ArrowException) as error:
         raise CampaignError(f"{path} cannot be read: {error}") from error
 
@@ -147,70 +145,3 @@ def size_of(path: Path) -> tuple[int, frozenset[str]]:
             return file.metadata.num_rows, frozenset(file.schema_arrow.names)
     except (OSError, pa.ArrowException) as error:
         raise CampaignError(f"{path} cannot be read: {error}") from error
-
-
-def _is_map(item: object) -> bool:
-    return isinstance(item, list) and (not item or isinstance(item[0], tuple))  # pyright: ignore[reportUnknownArgumentType]
-
-
-def table_of(rows: Sequence[Mapping[str, Any]], columns: "pa.Schema") -> "pa.Table":
-    """Return rows as a table; missing values become null."""
-    import pyarrow as pa
-
-    arrays = [_array([row.get(column.name) for row in rows], column.type) for column in columns]
-    return pa.Table.from_arrays(arrays, schema=columns)
-
-
-def _array(values: Sequence[Any], kind: "pa.DataType") -> "pa.Array":
-    import pyarrow as pa
-
-    known = pa.py_buffer(_bits([each is not None for each in values]))
-    if kind == pa.string():
-        texts = [b"" if each is None else each.encode() for each in values]
-        return _built(kind, len(values), known, _ends(texts), b"".join(texts))
-    if isinstance(kind, pa.ListType | pa.MapType):
-        ends = pa.py_buffer(_ends(() if each is None else each for each in values))
-        there = [each for each in values if each is not None]
-        inner = _pairs(there, kind) if isinstance(kind, pa.MapType) else _items(there, kind)
-        return pa.Array.from_buffers(kind, len(values), [known, ends], children=[inner])
-    if kind == pa.bool_():
-        return _built(kind, len(values), known, _bits([bool(each) for each in values]))
-    for number, dtype in ((pa.int64(), np.int64), (pa.float64(), np.float64)):
-        if kind == number:
-            data = np.array([0 if each is None else each for each in values], dtype=dtype)
-            return _built(kind, len(values), known, data)
-    raise TypeError(f"no column of a campaign is of the kind {kind}")
-
-
-def _items(values: Sequence[Sequence[Any]], kind: "pa.ListType") -> "pa.Array":
-    import pyarrow as pa
-
-    if kind.value_type == pa.float64() and values:
-        data = np.concatenate([np.asarray(each, dtype=np.float64) for each in values])
-        return _built(kind.value_type, len(data), None, data)
-    return _array(list(chain.from_iterable(values)), kind.value_type)
-
-
-def _pairs(values: Sequence[Mapping[str, Any]], kind: "pa.MapType") -> "pa.Array":
-    import pyarrow as pa
-
-    keys = _array(list(chain.from_iterable(values)), kind.key_field.type)
-    items = _array([item for each in values for item in each.values()], kind.item_field.type)
-    pair = pa.struct([kind.key_field, kind.item_field])
-    return pa.Array.from_buffers(pair, len(keys), [None], children=[keys, items])
-
-
-def _built(
-    kind: "pa.DataType", length: int, known: "pa.Buffer | None", *data: NDArray[np.generic] | bytes
-) -> "pa.Array":
-    import pyarrow as pa
-
-    return pa.Array.from_buffers(kind, length, [known, *map(pa.py_buffer, data)])
-
-
-def _ends(values: Iterable[Sequence[Any]]) -> NDArray[np.int32]:
-    return np.cumsum([0, *map(len, values)], dtype=np.int32)
-
-
-def _bits(truth: Sequence[bool]) -> NDArray[np.uint8]:
-    return np.packbits(np.array(truth, dtype=bool), bitorder="little")
