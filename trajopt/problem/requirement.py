@@ -57,8 +57,8 @@ class Requirement(Value):
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """Names of its frames and objects, checked when a problem is constructed."""
-        return ()
+        """Names of its frames and objects, by default `frame` and `reference`; checked in a problem."""
+        return tuple(getattr(self, field) for field in ("frame", "reference") if hasattr(self, field))
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -69,6 +69,17 @@ class Requirement(Value):
     def relaxations(self) -> tuple[Relaxation, ...]:
         """Its relaxations, tried by remedies and prices; none by default."""
         return ()
+
+    def relaxed(
+        self, field: str, what: str, largest: float, unit: ShownUnit, *, shrinks: bool = False
+    ) -> Relaxation:
+        """Return the relaxation of one field by up to `largest`, for `relaxations`; see `Relaxation`."""
+        now, sign = float(getattr(self, field)), -1.0 if shrinks else 1.0
+
+        def apply(amount: float) -> Requirement:
+            return replace(self, **{field: now + sign * amount})
+
+        return Relaxation(what=what, now=now, largest=largest, unit=unit, apply=apply, shrinks=shrinks)
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -93,28 +104,6 @@ class Relaxation:
     unit: ShownUnit
     apply: Callable[[float], Requirement]
     shrinks: bool = False
-
-    @staticmethod
-    def of(
-        required: Requirement,
-        field: str,
-        what: str,
-        *,
-        largest: float,
-        unit: ShownUnit,
-        shrinks: bool = False,
-    ) -> Relaxation:
-        """Relax one field of a requirement.
-
-        Args:
-            shrinks: Whether the number shrinks.
-        """
-        now, sign = float(getattr(required, field)), -1.0 if shrinks else 1.0
-
-        def apply(amount: float) -> Requirement:
-            return replace(required, **{field: now + sign * amount})
-
-        return Relaxation(what=what, now=now, largest=largest, unit=unit, apply=apply, shrinks=shrinks)
 
     def words(self, amount: float) -> str:
         """Describe the change by an amount."""

@@ -41,11 +41,6 @@ class FollowsCurve(Requirement):
     offset: Floats
 
     @property
-    def frames(self) -> tuple[str, ...]:
-        """Frame and reference."""
-        return (self.frame, self.reference)
-
-    @property
     def fraction(self) -> float:
         """Required share of the curve."""
         return self.until / self.curve.length
@@ -59,13 +54,7 @@ class FollowsCurve(Requirement):
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The distance from the curve."""
         return (
-            Relaxation.of(
-                self,
-                "position_tolerance",
-                f"distance of {self.frame} from its curve",
-                largest=1.0,
-                unit=MILLIMETRES,
-            ),
+            self.relaxed("position_tolerance", f"distance of {self.frame} from its curve", 1.0, MILLIMETRES),
         )
 
     def __str__(self) -> str:

@@ -46,14 +46,9 @@ class DistanceBetween(Requirement):
         """The finite bounds."""
         what, found = f"distance of {self.first} from {self.second}", list[Relaxation]()
         if self.lower > 0.0:
-            largest = self.lower
-            found.append(
-                Relaxation.of(
-                    self, "lower", f"smallest {what}", largest=largest, unit=MILLIMETRES, shrinks=True
-                )
-            )
+            found.append(self.relaxed("lower", f"smallest {what}", self.lower, MILLIMETRES, shrinks=True))
         if np.isfinite(self.upper):
-            found.append(Relaxation.of(self, "upper", f"largest {what}", largest=2.0, unit=MILLIMETRES))
+            found.append(self.relaxed("upper", f"largest {what}", 2.0, MILLIMETRES))
         return tuple(found)
 
     def __str__(self) -> str:
@@ -122,11 +117,6 @@ class LineOfSight(Requirement):
     reference: str
     ignored: frozenset[str]
 
-    @property
-    def frames(self) -> tuple[str, ...]:
-        """Camera and reference."""
-        return (self.frame, self.reference)
-
     def obstacles(self, scene: Scene) -> tuple[str, ...]:
         """Return the names of the objects that may not interrupt the line.
 
@@ -147,12 +137,11 @@ class LineOfSight(Requirement):
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The margin."""
         return (
-            Relaxation.of(
-                self,
+            self.relaxed(
                 "margin",
                 f"margin of the line of sight of {self.frame}",
-                largest=0.99 * self.margin,
-                unit=MILLIMETRES,
+                0.99 * self.margin,
+                MILLIMETRES,
                 shrinks=True,
             ),
         )

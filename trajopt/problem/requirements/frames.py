@@ -57,11 +57,6 @@ class FramePlacement(Requirement):
     offset: Floats
 
     @property
-    def frames(self) -> tuple[str, ...]:
-        """Frame and reference."""
-        return (self.frame, self.reference)
-
-    @property
     def units(self) -> tuple[str, ...]:
         """Metres, radians, or both, depending on the finite tolerances."""
         return tuple(
@@ -212,11 +207,6 @@ class AxisAlignment(Requirement):
     reference: str
 
     @property
-    def frames(self) -> tuple[str, ...]:
-        """Frame and reference."""
-        return (self.frame, self.reference)
-
-    @property
     def units(self) -> tuple[str, ...]:
         """Radians."""
         return ("rad",)
@@ -224,15 +214,7 @@ class AxisAlignment(Requirement):
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The angle of the cone."""
-        return (
-            Relaxation.of(
-                self,
-                "tolerance",
-                f"tilt of {self.frame}",
-                largest=np.pi - self.tolerance - 1e-3,
-                unit=DEGREES,
-            ),
-        )
+        return (self.relaxed("tolerance", f"tilt of {self.frame}", np.pi - self.tolerance - 1e-3, DEGREES),)
 
     def __str__(self) -> str:
         aligned = f"{in_axis(self.axis)} of {self.frame} along {in_axis(self.direction)} of {self.reference}"
@@ -292,11 +274,6 @@ class Gaze(Requirement):
     reference: str
 
     @property
-    def frames(self) -> tuple[str, ...]:
-        """Camera and reference."""
-        return (self.frame, self.reference)
-
-    @property
     def units(self) -> tuple[str, ...]:
         """Radians, and metres if the distance is bounded."""
         return ("rad", "m") if self.nearest > 0.0 or np.isfinite(self.farthest) else ("rad",)
@@ -304,11 +281,7 @@ class Gaze(Requirement):
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The angle of the cone."""
-        return (
-            Relaxation.of(
-                self, "angle", f"view angle of {self.frame}", largest=np.pi - self.angle - 1e-3, unit=DEGREES
-            ),
-        )
+        return (self.relaxed("angle", f"view angle of {self.frame}", np.pi - self.angle - 1e-3, DEGREES),)
 
     def __str__(self) -> str:
         target = f"{in_point(self.target)}{seen_from(self.reference)}"

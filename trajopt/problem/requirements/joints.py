@@ -163,13 +163,7 @@ class CoupledJoints(Requirement):
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The tolerance."""
         return (
-            Relaxation.of(
-                self,
-                "tolerance",
-                f"tolerance of {' and '.join(self.weights)}",
-                largest=2.0 * np.pi,
-                unit=RADIANS,
-            ),
+            self.relaxed("tolerance", f"tolerance of {' and '.join(self.weights)}", 2.0 * np.pi, RADIANS),
         )
 
     def __str__(self) -> str:
@@ -222,12 +216,8 @@ class GravityTorque(Requirement):
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The share."""
         return (
-            Relaxation.of(
-                self,
-                "share",
-                "share of the effort limits that gravity may take",
-                largest=1.0 - self.share,
-                unit=PERCENT,
+            self.relaxed(
+                "share", "share of the effort limits that gravity may take", 1.0 - self.share, PERCENT
             ),
         )
 
@@ -271,20 +261,14 @@ class SingularityDistance(Requirement):
     offset: Floats
 
     @property
-    def frames(self) -> tuple[str, ...]:
-        """The frame."""
-        return (self.frame,)
-
-    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The bound."""
         return (
-            Relaxation.of(
-                self,
+            self.relaxed(
                 "smallest",
                 f"smallest singular value of {self.frame}",
-                largest=0.99 * self.smallest,
-                unit=PLAIN,
+                0.99 * self.smallest,
+                PLAIN,
                 shrinks=True,
             ),
         )

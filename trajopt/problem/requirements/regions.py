@@ -37,11 +37,6 @@ class PositionInRegion(Requirement):
     offset: Floats
 
     @property
-    def frames(self) -> tuple[str, ...]:
-        """Frame and reference."""
-        return (self.frame, self.reference)
-
-    @property
     def units(self) -> tuple[str, ...]:
         """Metres."""
         return ("m",)
@@ -217,11 +212,6 @@ class PointOnArc(Requirement):
     offset: Floats
 
     @property
-    def frames(self) -> tuple[str, ...]:
-        """Frame and reference."""
-        return (self.frame, self.reference)
-
-    @property
     def units(self) -> tuple[str, ...]:
         """Metres."""
         return ("m",)
@@ -230,12 +220,11 @@ class PointOnArc(Requirement):
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The distance from the arc."""
         return (
-            Relaxation.of(
-                self,
+            self.relaxed(
                 "tolerance",
                 f"distance of {self.frame} from the arc",
-                largest=0.99 * self.radius - self.tolerance,
-                unit=MILLIMETRES,
+                0.99 * self.radius - self.tolerance,
+                MILLIMETRES,
             ),
         )
 
