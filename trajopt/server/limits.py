@@ -12,12 +12,9 @@ from trajopt.server.operation import Watch
 from trajopt.values.arrays import Value, number
 from trajopt.values.errors import ProblemError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked
+from trajopt.values.processes import cores
 
 MEGABYTE = 2**20
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @checked
@@ -39,7 +36,7 @@ class Limits(Value):
         idle: Idle time after which the longest unused session is removed if there are too many [s].
     """
 
-    workers: int = field(default_factory=_cores)
+    workers: int = field(default_factory=cores)
     runs: int = 4
     views: int = 4
     waiting: int = 64

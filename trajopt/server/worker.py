@@ -3,10 +3,8 @@
 It reads messages from the socket whose number is its argument, and ends when that is closed.
 """
 
-import ctypes
 import os
 import pickle
-import signal
 import socket
 import sys
 import time
@@ -29,11 +27,10 @@ from trajopt.values.cached import LruCache
 from trajopt.values.documents.document import Node
 from trajopt.values.documents.files import parse_json
 from trajopt.values.errors import TrajoptError
+from trajopt.values.processes import die_with_parent
 
 SCENES = 8
 """Number of scenes kept unpacked, with their derived data."""
-DEATH_SIGNAL = 1
-"""Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""
 REQUEST = "request"
 """Name of a request in error messages instead of a file name."""
 _JSON = msgspec.json.Encoder()
@@ -164,15 +161,9 @@ class Worker:
         )
 
 
-def _die_with_parent() -> None:
-    """Make the system end this process with the server, if supported, also during native code."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
-
-
 def main() -> None:
     """Serve the socket whose number is the argument."""
-    _die_with_parent()
+    die_with_parent()
     channel = Channel(socket.socket(fileno=int(sys.argv[1])))
     hello = channel.receive()
     if isinstance(hello, messages.Hello):

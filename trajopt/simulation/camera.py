@@ -65,15 +65,6 @@ def picture_coordinates(view: CameraView, points: Floats) -> Floats:
     return across / np.maximum(view.distance + depth, NEAREST)[:, None]
 
 
-def outermost(points: Floats) -> Floats:
-    from scipy.spatial import ConvexHull, QhullError  # slow to import
-
-    try:
-        return points[ConvexHull(points).vertices]
-    except QhullError:
-        return points
-
-
 def visible_points(
     reduced: ReducedModel,
     configurations: Floats,

@@ -12,7 +12,7 @@ from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.scene.track import Prediction, Timing
 from trajopt.values.arrays import Floats, Ints, readonly
-from trajopt.values.placement import IDENTITY, Placement
+from trajopt.values.placement import IDENTITY, Placement, scalar_first
 from trajopt.values.printed import in_length
 from trajopt.values.shapes.clouds import Points, Voxels, centres_of, fewer
 from trajopt.values.shapes.mesh import Mesh
@@ -198,11 +198,6 @@ def mujoco_geoms(shape: Shape, *, moving: bool) -> tuple[tuple[MujocoGeom, ...],
             return parts, f"the exact mesh is simulated by a cover that contains it: {cover.note}"
         case _:
             return (_primitive(shape),), ""
-
-
-def scalar_first(placement: Placement) -> Floats:
-    x, y, z, w = placement.quaternion
-    return np.array((w, x, y, z))
 
 
 def surface(vertices: Floats, faces: NDArray[np.integer]) -> MujocoGeom:

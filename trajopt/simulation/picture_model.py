@@ -7,21 +7,21 @@ from typing import TypeVar
 import numpy as np
 
 from trajopt.robot.loading.mujoco_library import mujoco
-from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
+from trajopt.robot.loading.urdf import LinkGeometry
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import tool_frames, tool_point
-from trajopt.simulation.dynamic_scene import DynamicScene, MujocoGeom, mujoco_geoms, scalar_first, surface
+from trajopt.simulation.dynamic_scene import DynamicScene, MujocoGeom, mujoco_geoms, surface
 from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
 from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.simulation.spec import add_geom, add_joints
 from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import MeshFileError
-from trajopt.values.placement import WORLD, Placement, from_quaternion
+from trajopt.values.placement import WORLD, Placement, from_quaternion, scalar_first
 from trajopt.values.shapes.clouds import Points, Voxels, cloud_surface
-from trajopt.values.shapes.mesh import Mesh, load_mesh
-from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
+from trajopt.values.shapes.mesh import Mesh
+from trajopt.values.shapes.shapes import Plane, Shape, placed_box
 
 Colour = tuple[float, float, float, float]
 
@@ -173,16 +173,10 @@ def _visual_pieces(robot: Robot) -> tuple[tuple[tuple[LinkGeometry, MujocoGeom],
     failed: set[str] = set()
     for visual in robot.visuals:
         try:
-            read.extend((visual, piece) for piece in _drawn_geoms(_visual_shape(visual)))
+            read.extend((visual, piece) for piece in _drawn_geoms(visual.shape))
         except MeshFileError:
             failed.add(visual.link)
     return tuple(pair for pair in read if pair[0].link not in failed), frozenset(failed)
-
-
-def _visual_shape(visual: LinkGeometry) -> Shape:
-    if isinstance(visual.geometry, MeshReference):
-        return load_mesh(visual.geometry.path, visual.geometry.scale)
-    return visual.geometry
 
 
 def _link_colour(reduced: ReducedModel, link: str) -> Colour:
@@ -201,9 +195,7 @@ def _floor_height(reduced: ReducedModel, lowest: float) -> float:
         if body.joint:
             continue
         if not isinstance(body.shape, Plane):
-            lower, upper = bounding_box(body.shape)
-            middle = body.placement * ((lower + upper) / 2)
-            lowest = min(lowest, float(middle[2] - np.abs(body.placement.rotation[2]) @ (upper - lower) / 2))
+            lowest = min(lowest, float(placed_box(body.shape, body.placement)[0, 2]))
         elif body.placement.rotation[2, 2] > 1.0 - 1e-9:
             return float(body.placement.translation[2])
     # Not in the plane of a table top or base plate, with which it would flicker.

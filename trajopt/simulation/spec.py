@@ -8,11 +8,11 @@ import pinocchio as pin
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.reduced import ReducedModel, loaded_model
 from trajopt.scene.scene_object import SceneObject, uniform_inertia
-from trajopt.simulation.dynamic_scene import DynamicScene, MujocoGeom, add_specks, mujoco_geoms, scalar_first
+from trajopt.simulation.dynamic_scene import DynamicScene, MujocoGeom, add_specks, mujoco_geoms
 from trajopt.simulation.rollout import Friction
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import ModelError, shown
-from trajopt.values.placement import Placement
+from trajopt.values.placement import Placement, scalar_first
 
 STIFF = (0.004, 1.0)
 """Time constant [s] and damping ratio of the constraint of a mimicking joint."""

@@ -16,7 +16,6 @@ from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.camera import Camera, Singles
 from trajopt.scene.reduced import ReducedModel
 from trajopt.simulation.camera import FIELD_OF_VIEW, CameraView, visible_points
-from trajopt.simulation.dynamic_scene import scalar_first
 from trajopt.simulation.picture_files import Image, labelled
 from trajopt.simulation.picture_model import (
     FLOOR_GROUP,
@@ -31,7 +30,7 @@ from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.simulation.viewpoint import best_viewpoint, in_view, seen_from
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import RenderingUnavailable
-from trajopt.values.placement import Placement, placement
+from trajopt.values.placement import Placement, placement, scalar_first
 
 OPTICAL_TO_MUJOCO = placement(rpy=(np.pi, 0.0, 0.0))
 """Cameras of MuJoCo look along -z, with y up; an optical frame has z forward and y down."""

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.reduced import ReducedModel
-from trajopt.simulation.camera import CameraView, frame_points, outermost, picture_coordinates, visible_points
+from trajopt.simulation.camera import CameraView, frame_points, picture_coordinates, visible_points
 from trajopt.simulation.picture_model import OBJECT_GROUP, PATH_POINTS, ROBOT_GROUP, PosedModel, tool_paths
 from trajopt.simulation.sampled_motion import SampledMotion
 from trajopt.values.arrays import Bools, Floats
+from trajopt.values.shapes.shapes import outermost
 
 AZIMUTHS = np.deg2rad(np.arange(0.0, 360.0, 15.0) + 140.0)
 """Viewing directions about z [rad]: between neighbours the apparent width of a flat object changes by at

@@ -247,6 +247,11 @@ def as_quaternion(rotation: Floats) -> Floats:
     return -parts if parts[3] < 0.0 else parts
 
 
+def scalar_first(where: Placement) -> Floats:
+    """Return the unit quaternion (w, x, y, z) of a placement, shape (4,), as MuJoCo and viser write it."""
+    return np.roll(where.quaternion, 1)
+
+
 def as_rpy(rotation: Floats) -> tuple[float, float, float]:
     """Return roll, pitch and yaw [rad] of a matrix (3, 3); yaw is zero in gimbal lock."""
     (r00, r01, _), (r10, r11, _), (r20, r21, r22) = rotation.tolist()

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from trajopt.geometry import JointPlacements
 from trajopt.robot.joints import FixedBody
-from trajopt.robot.loading.urdf import LinkGeometry, MeshReference
+from trajopt.robot.loading.urdf import LinkGeometry
 from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MeshFileError
-from trajopt.values.placement import Placement, placement
+from trajopt.values.placement import Placement, placement, scalar_first
 from trajopt.values.shapes.clouds import Points, Voxels, cloud_surface
-from trajopt.values.shapes.mesh import Mesh, load_mesh
+from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import (
     Box,
     Capsule,
@@ -27,8 +27,8 @@ from trajopt.values.shapes.shapes import (
     Plane,
     Shape,
     Sphere,
-    bounding_box,
     convex,
+    placed_box,
 )
 from trajopt.viewer import palette
 from trajopt.viewer.clearance import ClearanceQuery, Nearest
@@ -105,7 +105,7 @@ class Drawing:
         with self._server.atomic():
             for joint, frame in enumerate(self._joints, start=1):
                 where = Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint])
-                frame.wxyz = wxyz(where)
+                frame.wxyz = scalar_first(where)
                 frame.position = where.translation
 
     def joint_placement(self, joint: str) -> Placement:
@@ -211,8 +211,8 @@ class Drawing:
         }
 
     def _draw_floor(self) -> None:
-        fixed = [body for body in self._reduced.bodies if body.joint == 0]
-        lowest = min((_lowest(body) for body in fixed if not isinstance(body.shape, Plane)), default=0.0)
+        fixed = [b for b in self._reduced.bodies if b.joint == 0 and not isinstance(b.shape, Plane)]
+        lowest = min((float(placed_box(b.shape, b.placement)[0, 2]) for b in fixed), default=0.0)
         self._server.scene.add_grid(
             "/floor",
             width=FLOOR_EDGE,
@@ -240,22 +240,16 @@ class Drawing:
             opacity=opacity,
             side="double",
             cast_shadow=not isinstance(shape, Plane),
-            wxyz=wxyz(where),
+            wxyz=scalar_first(where),
             position=where.translation,
         )
 
 
 def _readable(visuals: list[LinkGeometry]) -> list[tuple[LinkGeometry, Shape]]:
-    shapes: list[tuple[LinkGeometry, Shape]] = []
-    for visual in visuals:
-        if isinstance(visual.geometry, MeshReference):
-            try:
-                shapes.append((visual, load_mesh(visual.geometry.path, visual.geometry.scale)))
-            except MeshFileError:
-                return []
-        else:
-            shapes.append((visual, visual.geometry))
-    return shapes
+    try:
+        return [(visual, visual.shape) for visual in visuals]
+    except MeshFileError:
+        return []
 
 
 def _colour(visual: LinkGeometry, plain: Rgb) -> Rgb:
@@ -265,21 +259,9 @@ def _colour(visual: LinkGeometry, plain: Rgb) -> Rgb:
     return red, green, blue
 
 
-def _lowest(body: FixedBody) -> float:
-    lower, upper = bounding_box(body.shape)
-    half, centre = (upper - lower) / 2, body.placement * ((lower + upper) / 2)
-    return float(centre[2] - np.abs(body.placement.rotation[2]) @ half)
-
-
 def in_world(reduced: ReducedModel, name: str, kinematics: JointPlacements) -> Placement:
     joint, where = reduced.attachment(name)
     return Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint]) * where
-
-
-def wxyz(where: Placement) -> Floats:
-    """Return a placement's quaternion in the order of the page, (w, x, y, z)."""
-    x, y, z, w = where.quaternion
-    return np.array((w, x, y, z))
 
 
 POINTS = 41
@@ -349,7 +331,7 @@ class Ghost:
                 return
             for joint, frame in self._joints:
                 where = Placement(kinematics.rotation[-1, joint], kinematics.translation[-1, joint])
-                frame.wxyz, frame.position = wxyz(where), where.translation
+                frame.wxyz, frame.position = scalar_first(where), where.translation
 
     def _body(self, node: str, body: FixedBody, colour: Rgb, opacity: float) -> "MeshHandle":
         skin = surface(body.shape)
@@ -362,7 +344,7 @@ class Ghost:
             opacity=opacity,
             side="front",
             cast_shadow=False,
-            wxyz=wxyz(body.placement),
+            wxyz=scalar_first(body.placement),
             position=body.placement.translation,
         )
 

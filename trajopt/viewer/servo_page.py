@@ -17,9 +17,8 @@ from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.scene.reducing import tool_frame
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import WORLD, PlacementLike, as_placement
+from trajopt.values.placement import WORLD, PlacementLike, as_placement, scalar_first
 from trajopt.values.placement import placement as placed
-from trajopt.viewer.drawing import wxyz
 from trajopt.viewer.playback import FRAME_TIME
 from trajopt.viewer.readout import clearance_html, events_html
 from trajopt.viewer.run_viewer import EVENTS, RunDrawing, look_from_the_best_side
@@ -116,7 +115,7 @@ class ServoPage(Served):
     def move_gizmo(self, placement: PlacementLike) -> None:
         """Put the gizmo somewhere in the world."""
         where = as_placement("placement", placement)
-        self._gizmo.position, self._gizmo.wxyz = where.translation, wxyz(where)
+        self._gizmo.position, self._gizmo.wxyz = where.translation, scalar_first(where)
 
     def _end(self) -> None:
         self._follower.join()

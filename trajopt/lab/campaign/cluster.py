@@ -14,9 +14,10 @@ from trajopt.lab.campaign.campaign import CampaignTask
 from trajopt.lab.campaign.engine import AHEAD, Block, EnginePool, Lost, PlannedBlock, Setup, check_workers
 from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.recipes import sent_from
-from trajopt.lab.campaign.supervisor import WorkerSupervisor, cores, planned, setup_of
+from trajopt.lab.campaign.supervisor import WorkerSupervisor, planned, setup_of
 from trajopt.values.errors import CampaignError, MissingExtra
 from trajopt.values.errors.arguments import checked
+from trajopt.values.processes import cores
 
 POLL = 2.0
 """Period of checks for nodes that came or left [s]; Ray itself notices within some seconds."""

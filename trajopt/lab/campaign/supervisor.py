@@ -20,6 +20,7 @@ from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.row import Fate, lost_row
 from trajopt.values.errors import CampaignError
 from trajopt.values.errors.arguments import checked
+from trajopt.values.processes import cores
 
 START = 120.0
 """Time-out of a worker's start [s]: trajopt may be imported from a slow disk."""
@@ -287,10 +288,3 @@ def planned(block: engine.Block, worked: Worked) -> engine.PlannedBlock:
 
 def setup_of(folder: CampaignFolder) -> engine.Setup:
     return engine.Setup(folder.documents, folder.options, folder.versions, folder.most_seconds)
-
-
-def cores() -> int:
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # only Linux says so
-        return os.cpu_count() or 1

@@ -1,8 +1,6 @@
 """A worker process: it plans one problem after the other, and sends the rows in bunches."""
 
-import ctypes
 import os
-import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -16,13 +14,12 @@ from trajopt.lab.campaign.kept import check_versions
 from trajopt.lab.campaign.recipes import Library, Workshop
 from trajopt.lab.campaign.row import row_of
 from trajopt.values.errors import TrajoptError
+from trajopt.values.processes import die_with_parent
 
 BUNCH, BUNCH_SECONDS = 16, 0.25
 """Most rows sent together, and longest delay [s]. Sending a row costs half a millisecond of two processes.
 A quarter of the problems that the worker has in advance, so that it never waits.
 """
-DEATH_SIGNAL = 1
-"""Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""
 
 
 def serve(pipe: "Connection[object, object]", marks: int) -> None:
@@ -59,11 +56,6 @@ def _plan(pipe: "Connection[object, object]", marks: int, setup: Setup) -> None:
             if len(rows) == BUNCH or time.monotonic() - last > BUNCH_SECONDS:
                 pipe.send(Bunch(rows, waited))
                 rows, waited, last = [], 0.0, time.monotonic()
-
-
-def die_with_parent() -> None:
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
 
 
 def main() -> None:

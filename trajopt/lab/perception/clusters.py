@@ -8,7 +8,7 @@ from trajopt.lab.perception.sensing import once, packed, unpacked
 from trajopt.values.arrays import Floats, Ints, Value, above_zero, at_least, readonly
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.shapes import Box, Points
+from trajopt.values.shapes.shapes import Box, Points, outermost
 
 TOUCHING = 1.75
 """Cubes of edge 1 that share a face, an edge or a corner have middles at most sqrt(3) apart, the next 2."""
@@ -108,7 +108,7 @@ ROUNDING = 1e-9
 
 def box_around(points: Floats, radius: float, *, upright: bool) -> tuple[Box, Placement]:
     """Return a box around balls with centres (n, 3) [m], and its placement in their frame."""
-    outer = _outermost(points)
+    outer = outermost(points)
     best = min(
         (_standing(outer, axes) for axes in _frames(outer, upright=upright)), key=lambda found: found[0]
     )
@@ -116,7 +116,7 @@ def box_around(points: Floats, radius: float, *, upright: bool) -> tuple[Box, Pl
 
 
 def slab_around(points: Floats, radius: float, normal: Floats) -> tuple[Box, Placement]:
-    return _grown(points, radius, _standing(_outermost(points), _with_axis(normal))[1])
+    return _grown(points, radius, _standing(outermost(points), _with_axis(normal))[1])
 
 
 def _grown(points: Floats, radius: float, axes: Floats) -> tuple[Box, Placement]:
@@ -129,7 +129,7 @@ def _grown(points: Floats, radius: float, axes: Floats) -> tuple[Box, Placement]
 
 def _standing(points: Floats, axes: Floats) -> tuple[float, Floats]:
     flat = points @ axes[:, :2]
-    corners = _outermost(flat)
+    corners = outermost(flat)
     edges = np.diff(np.vstack((corners, corners[:1])), axis=0)
     angles = np.append(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2), 0.0)
     cosines, sines = np.cos(angles), np.sin(angles)
@@ -164,15 +164,6 @@ def _with_axis(normal: Floats) -> Floats:
     axes = np.eye(3)
     axes[:, 0], axes[:, 1], axes[:, 2] = first, np.cross(third, first), third
     return axes
-
-
-def _outermost(points: Floats) -> Floats:
-    from scipy.spatial import ConvexHull, QhullError  # slow to import
-
-    try:
-        return points[ConvexHull(points).vertices]
-    except (QhullError, ValueError):
-        return points
 
 
 SEEDS = 400

@@ -10,14 +10,12 @@ import numpy as np
 
 from trajopt.robot.joints import joint_unit
 from trajopt.robot.loading.mimics import followed_limits
-from trajopt.robot.loading.urdf import MeshReference
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MeshFileError, MimicOutOfRange, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.mesh import load_mesh
-from trajopt.values.shapes.shapes import Shape, bounding_box
+from trajopt.values.shapes.shapes import Shape, placed_box
 
 LARGE = 5.0
 """A link or an offset between links larger than this looks like millimetres [m]."""
@@ -204,16 +202,10 @@ def _shapes(robot: Robot) -> Iterator[Finding]:
     solid = _boxes([(body.owner, body.placement, body.shape) for body in robot.bodies])
     seen: list[tuple[str, Placement, Shape]] = []
     for visual in robot.visuals:
-        shape = visual.geometry
-        if isinstance(shape, MeshReference):
-            try:
-                shape = load_mesh(shape.path, shape.scale)
-            except MeshFileError as error:
-                yield Finding(
-                    Severity.WARNING, visual.link, f"has a visual mesh that cannot be read: {error}"
-                )
-                continue
-        seen.append((visual.link, visual.placement, shape))
+        try:
+            seen.append((visual.link, visual.placement, visual.shape))
+        except MeshFileError as error:
+            yield Finding(Severity.WARNING, visual.link, f"has a visual mesh that cannot be read: {error}")
     shown = _boxes(seen)
     for link in robot.links:
         if link in shown and link not in solid:
@@ -249,11 +241,7 @@ def _mismatch(link: str, solid: Floats, shown: Floats) -> Iterator[Finding]:
 def _boxes(shapes: list[tuple[str, Placement, Shape]]) -> dict[str, Floats]:
     found: dict[str, Floats] = {}
     for link, where, shape in shapes:
-        low, high = bounding_box(shape)
-        corners = where * np.array(
-            [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-        )
-        box = np.stack((corners.min(axis=0), corners.max(axis=0)))
+        box = placed_box(shape, where)
         if link in found:
             box = np.stack((np.minimum(box[0], found[link][0]), np.maximum(box[1], found[link][1])))
         found[link] = box

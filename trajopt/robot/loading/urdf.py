@@ -19,6 +19,7 @@ from trajopt.values.errors import (
     shown,
 )
 from trajopt.values.placement import Placement, as_rpy, from_quaternion, placement
+from trajopt.values.shapes.mesh import load_mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cylinder, Shape, Sphere
 
 _SHORTEST_AXIS = 1e-6
@@ -48,6 +49,12 @@ class LinkGeometry:
     placement: Placement
     geometry: Shape | MeshReference
     colour: tuple[float, float, float, float] | None = None
+
+    @property
+    def shape(self) -> Shape:
+        """Its shape; a mesh is read from its file, which may raise a MeshFileError."""
+        where = self.geometry
+        return load_mesh(where.path, where.scale) if isinstance(where, MeshReference) else where
 
 
 @dataclass(frozen=True)

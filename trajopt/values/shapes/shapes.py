@@ -173,6 +173,23 @@ def bounding_box(shape: Shape) -> tuple[Floats, Floats]:
     return -half, half
 
 
+def placed_box(shape: Shape, where: Placement) -> Floats:
+    """Return the axis-aligned box of a placed shape, or more: lower and upper corner, shape (2, 3) [m]."""
+    lower, upper = bounding_box(shape)
+    middle, half = where * ((lower + upper) / 2.0), np.abs(where.rotation) @ ((upper - lower) / 2.0)
+    return np.stack((middle - half, middle + half))
+
+
+def outermost(points: Floats) -> Floats:
+    """Return the corners of the convex hull of points (n, 2 or 3); all of them if it is flat."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to import
+
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        return points
+
+
 def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
     """Return a scaled shape: primitives about their origin, points about a centre, shape (3,) [m].
 

@@ -10,7 +10,7 @@ from trajopt.geometry import Evaluator, JointPlacements
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene_object import SceneObject
 from trajopt.values.arrays import Floats
-from trajopt.values.placement import Placement, placement
+from trajopt.values.placement import Placement, placement, scalar_first
 from trajopt.values.shapes.shapes import Plane
 from trajopt.viewer import palette
 from trajopt.viewer.clearance import ClearanceQuery, Nearest
@@ -22,7 +22,6 @@ from trajopt.viewer.drawing import (
     in_world,
     surface,
     telling_pairs,
-    wxyz,
 )
 from trajopt.viewer.live.objects import is_carried
 from trajopt.viewer.live.workbench import Goal, Reachability
@@ -61,7 +60,7 @@ class Gizmo:
     def show(self, where: Placement | None) -> None:
         self._handle.visible = where is not None
         if where is not None and not self._dragging:
-            self._handle.position, self._handle.wxyz = where.translation, wxyz(where)
+            self._handle.position, self._handle.wxyz = where.translation, scalar_first(where)
 
 
 HAND_GIZMO = 0.22
@@ -159,7 +158,7 @@ class ObjectsDrawing:
         with self._server.atomic():
             for name, drawn in self._drawn.items():
                 where = in_world(reduced, name, kinematics)
-                drawn.frame.wxyz, drawn.frame.position = wxyz(where), where.translation
+                drawn.frame.wxyz, drawn.frame.position = scalar_first(where), where.translation
             free = self._chosen in self._drawn and not is_carried(reduced.scene, self._chosen)
             self._gizmo.show(in_world(reduced, self._chosen, kinematics) if free else None)
 
@@ -181,7 +180,7 @@ class ObjectsDrawing:
                 flat_shading=not skin.smooth,
                 side="double",
                 cast_shadow=not isinstance(shape, Plane),
-                wxyz=wxyz(where),
+                wxyz=scalar_first(where),
                 position=where.translation,
             )
             mesh.on_click(lambda _, name=item.name: self._picked(name))

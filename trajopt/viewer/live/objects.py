@@ -19,7 +19,16 @@ from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ModelError, shown
 from trajopt.values.placement import WORLD, Placement, placement
-from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, bounding_box
+from trajopt.values.shapes.shapes import (
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    Plane,
+    Shape,
+    Sphere,
+    placed_box,
+)
 from trajopt.viewer.live.panels import Lever
 from trajopt.viewer.live.workbench import Workbench, hand_at
 
@@ -152,15 +161,8 @@ def _touches_nothing(scene: Scene, reduced: ReducedModel) -> bool:
 
 
 def _bounds(scene: Scene, name: str) -> list[Floats]:
-    found: list[Floats] = []
-    for shape, inner in scene.object(name).parts:
-        if not isinstance(shape, Plane):
-            lower, upper = bounding_box(shape)
-            where = scene.holder(name).placement * inner
-            half, centre = (upper - lower) / 2.0, where * ((lower + upper) / 2.0)
-            reach = np.abs(where.rotation) @ half
-            found.append(np.stack((centre - reach, centre + reach)))
-    return found
+    at, parts = scene.holder(name).placement, scene.object(name).parts
+    return [placed_box(shape, at * inner) for shape, inner in parts if not isinstance(shape, Plane)]
 
 
 NONE: str = "none"
