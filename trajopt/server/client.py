@@ -92,7 +92,7 @@ def error_of(status: int, document: object, after: object) -> ServerError:
     return error
 
 
-class Retries:
+class _Retries:
     """Tries of a request, until a full server takes it or the patience is over [s]."""
 
     def __init__(self, patience: float) -> None:
@@ -401,7 +401,7 @@ class Client:
 
     @checked
     def send(self, call: Call) -> Any:
-        retries = Retries(self._patience)
+        retries = _Retries(self._patience)
         while True:
             try:
                 return self._once(call)
@@ -493,7 +493,7 @@ class AsyncClient:
     @checked
     async def send(self, call: Call) -> Any:
         """Send a request repeatedly while the server is full, and return the answer."""
-        retries = Retries(self._patience)
+        retries = _Retries(self._patience)
         while True:
             try:
                 return await self._once(call)
