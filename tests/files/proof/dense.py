@@ -111,11 +111,31 @@ def _ends(statement: Document, motion: Callable[..., Numbers]) -> Iterator[str]:
 def _unmet(statement: Document, times: Numbers) -> Iterator[str]:
     """Yield requirements, but for torque, that do not hold at some time."""
     for each in statement["requirements"]:
-        asked = times if each.get("always", each["kind"] == "tool speed") else times[-1:]
-        passed = each["kind"] == "waypoint"
-        rule, when = (each["requirement"], np.array([each["time"]])) if passed else (each, asked)
-        if rule["kind"] in EXCEEDED and (EXCEEDED[rule["kind"]](statement, rule, when) > 1e-9).any():
+        rule, when = each, times if each.get("always", each["kind"] in ALWAYS) else times[-1:]
+        if each["kind"] == "waypoint":
+            rule, when = each["requirement"], np.array([each["time"]])
+        if each["kind"] == "part":
+            rule, when = each["requirement"], times[(times >= each["since"]) & (times <= each["until"])]
+        if (
+            rule["kind"] in EXCEEDED
+            and len(when)
+            and (EXCEEDED[rule["kind"]](statement, rule, when) > 1e-9).any()
+        ):
             yield f"{each['kind']} is not met"
+
+
+ALWAYS = ("tool speed", "held placement", "rest")
+
+
+def _restless(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    """Return by how much the motion is too late, or too fast at rest."""
+    by = np.inf if rule["by"] is None else rule["by"]
+    late = rule["since"] - min(by, times[-1])
+    own = slice(len(statement["motion"]["coordinates"]))
+    speeds = np.abs(curve(statement)(times[times > rule["since"]], 1)[:, own])
+    return np.array(
+        [late, 0.0 if statement["ends"]["rests"] else np.inf, *(speeds.ravel() - statement["ends"]["speed"])]
+    )
 
 
 def _off_range(statement: Document, rule: Document, times: Numbers) -> Numbers:
@@ -199,6 +219,8 @@ EXCEEDED: dict[str, Callable[[Document, Document, Numbers], Numbers]] = {
     "frame placement": _misplaced,
     "tool speed": _too_fast,
     "cloud": _outside_parts,
+    "held placement": _misplaced,
+    "rest": _restless,
 }
 """Kinds of requirements -> by how much each is exceeded at times."""
 

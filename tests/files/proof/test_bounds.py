@@ -147,7 +147,9 @@ def test_motion_and_kinematics_contain_others(
 
 
 @pytest.mark.parametrize("degree", [3, 5])
-@pytest.mark.parametrize(("joint", "seen"), [(5, 0), (5, 2), (3, 0), (3, 1), (1, 0), (5, 4)])
+@pytest.mark.parametrize(
+    ("joint", "seen"), [(5, 0), (5, 2), (3, 0), (3, 1), (1, 0), (5, 4), (5, 3), (3, 5), (0, 5)]
+)
 def test_travel_bounds_derivatives(
     degree: int, joint: int, seen: int, checker: Checker, rng: np.random.Generator
 ) -> None:
@@ -170,6 +172,27 @@ def test_travel_bounds_derivatives(
     assert np.isfinite(travel.jerk).all()
 
 
+@pytest.mark.parametrize("degree", [3, 5])
+@pytest.mark.parametrize(("joint", "seen"), [(5, 0), (5, 2), (5, 3), (3, 5), (0, 5)])
+def test_turning_bounds_unit_vectors(
+    degree: int, joint: int, seen: int, checker: Checker, rng: np.random.Generator
+) -> None:
+    stated = arm(rng, degree)
+    modules = checker.modules
+    statement = modules["statement"].read_statement(stated)
+    grid = np.unique(np.concatenate((stated["motion"]["times"], np.linspace(0.0, 2.0, 20))))
+    found = modules["kinematics"].GridKinematics(statement, grid)
+    place = modules["statement"].FixedPlace(joint, None, None)
+    bound = modules["requirement"].FrameView(place, seen).turning(found)
+    for cell, most in enumerate(bound.tolist()):
+        times, step = np.linspace(grid[cell], grid[cell + 1], 12, retstep=True)
+        turns, _ = placed(stated, times)
+        local = turns[:, seen].swapaxes(1, 2) @ turns[:, joint]
+        sizes = np.linalg.norm(np.diff(local, 2, axis=0) / step**2, axis=1)
+        assert sizes.max() <= most * (1.0 + 1e-6) + 1e-5
+    assert np.isfinite(bound).all()
+
+
 def test_rotation_vectors_are_bounded(checker: Checker, rng: np.random.Generator) -> None:
     import sys
 
@@ -179,7 +202,8 @@ def test_rotation_vectors_are_bounded(checker: Checker, rng: np.random.Generator
         vector = rng.standard_normal(3)
         vector *= size / np.linalg.norm(vector)
         x, y, z, w = Rotation.from_rotvec(vector).as_quat()
-        found = rule.rotation_vector(intervals.rotation_of(np.array((w, x, y, z))))
+        rotation = intervals.rotation_of(np.array((w, x, y, z)))
+        found = rule.rotation_vectors(*rule.skew_and_cosine(rotation[None]))[0]
         assert (found >= np.abs(vector) - 1e-15).all() and (found <= np.abs(vector) + 1e-8).all()
-    half = rule.rotation_vector(intervals.exactly(np.diag((1.0, -1.0, -1.0))))
+    half = rule.rotation_vectors(*rule.skew_and_cosine(intervals.exactly(np.diag((1.0, -1.0, -1.0))[None])))
     assert not (half <= 1e9).all()

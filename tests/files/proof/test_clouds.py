@@ -67,7 +67,7 @@ def test_a_motion_past_a_cloud_is_proven(
 
 def test_the_fast_kernel_leaves_clouds_to_the_checker(balls: Proof, tmp_path: Path) -> None:
     found = MotionProof.read(balls.write(tmp_path / "x.proof"))
-    assert found.fast_fault == "the fast kernel has no rule of the kind 'cloud'"
+    assert "the fast kernel cannot read it: kind of a requirement" in found.fast_fault
     assert found.check(fast=True).words.endswith("\nPROVEN")
 
 

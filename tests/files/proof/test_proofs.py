@@ -17,7 +17,7 @@ from tests.files.proof.conftest import Checker, Proof, planar_problem, planned
 from trajopt.files.proof import MotionProof, save_proof
 from trajopt.files.proof.proof import CHECKER
 from trajopt.problem.problem import named_problem
-from trajopt.values.errors import FileFormatError, ProblemError
+from trajopt.values.errors import ProblemError
 
 BLOCKED = """
 import runpy, sys
@@ -105,8 +105,7 @@ def test_waypoints_are_proven_at_a_moment_of_the_grid(tmp_path: Path, checker: C
     over["requirement"]["always"] = True
     with pytest.raises(checker.malformed, match="one of the end"):
         faults()
-    with pytest.raises(FileFormatError, match="one of the end"):
-        assert MotionProof(proof.data).fast_fault
+    assert "one of the end" in MotionProof(proof.data).fast_fault
     over["requirement"] = copy.deepcopy(high)
     with pytest.raises(checker.malformed, match="kind of a requirement"):
         faults()

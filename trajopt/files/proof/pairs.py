@@ -339,7 +339,9 @@ def _contacts(motion: JudgedMotion) -> dict[frozenset[str], tuple[float, float]]
         owners = frozenset(reduced.owners(pair))
         since, until = found.get(owners, ALL_TIME)
         since = max(since, allowance.first) if allowance.first > 0.0 else since
-        until = min(until, motion.duration - allowance.last) if allowance.last > 0.0 else until
+        until = (
+            min(until, motion.duration - motion.staying - allowance.last) if allowance.last > 0.0 else until
+        )
         found[owners] = since, until
     return found
 

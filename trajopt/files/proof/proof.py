@@ -6,7 +6,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,9 +16,16 @@ import numpy as np
 
 import trajopt.verify
 from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves, separated
-from trajopt.files.proof.pairs import Pairs, cloud_centres, convex_part, convex_parts, proven_pairs
-from trajopt.files.proof.requirements import Shown
-from trajopt.files.proof.statement import Asked, asked, stated_joints, stated_motion, statement
+from trajopt.files.proof.pairs import Document, Pairs, cloud_centres, convex_part, convex_parts, proven_pairs
+from trajopt.files.proof.requirements import RequirementRecord, Shown
+from trajopt.files.proof.statement import (
+    Asked,
+    asked,
+    followed_goals,
+    stated_joints,
+    stated_motion,
+    statement,
+)
 from trajopt.files.proof.torque import stated_torque
 from trajopt.native import checker
 from trajopt.planning.judgement import judge
@@ -31,7 +38,6 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.shapes.shapes import Mesh
 from trajopt.values.trajectory import Interpolation, Trajectory
 from trajopt.verify import VerifyOptions
-from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import JudgedMotion, TimedMotion
 
@@ -40,12 +46,8 @@ SUFFIX = ".proof"
 MOST_JOINTS = 1_000
 """Most joints of a proof, and the world."""
 MOST_TIMES = 60_000
-SLOW_KINDS = ("cloud",)
-"""Kinds of requirements of which only the checker has a rule."""
 LARGEST = 64 * 2**20
 """Most bytes of a proof."""
-SHORTEST_OF_TORQUE = 1e-3
-"""Shorter intervals are not cut for the sake of torque [s]: at a limit that is just kept there is no end."""
 
 
 @dataclass(frozen=True)
@@ -154,25 +156,20 @@ class MotionProof:
 
     @cached_property
     def fast_fault(self) -> str:
-        """The first part that the fast kernel cannot show; empty if it proves the statement.
+        """The first part that the fast kernel cannot read or show; empty if it proves the statement.
 
         Raises:
-            FileFormatError: If it is not a proof of the format.
+            FileFormatError: If hash, length or JSON are not of a proof.
         """
         stated, witness = self._parts
         end = len(self.data) - len(witness)
         if len(self.data) > LARGEST or self.data[end - 32 : end] != hashlib.sha256(stated).digest():
             raise FileFormatError("proof", "is too long, or its SHA-256 differs")
         document = self.statement
-        stated = document.get("requirements")
-        for each in cast("list[object]", stated) if isinstance(stated, list) else []:
-            kind = cast("dict[str, object]", each).get("kind") if isinstance(each, dict) else None
-            if kind in SLOW_KINDS:
-                return f"the fast kernel has no rule of the kind {kind!r}"
         try:
             return checker.StatedProof(document, witness).fault()
         except ValueError as error:
-            raise FileFormatError("proof", str(error)) from error
+            return f"the fast kernel cannot read it: {error}"
 
     def check(self, *, fast: bool = False) -> "CheckedProof":
         """Run the checker.
@@ -248,9 +245,10 @@ def prove(problem: Problem, trajectory: Trajectory) -> MotionProof:
     requirements = asked(problem, motion)
     knots = np.union1d(motion.trajectory.times, pairs.knots)
     times = np.union1d(np.union1d(knots, leaves.begin), requirements.times)
-    grid = _grid(motion, times, problem.moving_limits, requirements)
-    requirements, grid = _with_torque(problem, motion, requirements, grid)
-    said = json.dumps(statement(problem, motion, pairs, requirements), allow_nan=False).encode()
+    grid = _grid(motion, times, problem.moving_limits)
+    documents, judged, grid = _shown(requirements, stated_torque(motion, problem.limits), grid)
+    stated = statement(problem, motion, pairs, documents, (*requirements.judged, *judged))
+    said = json.dumps(stated, allow_nan=False).encode()
     witness = _witness(np.setdiff1d(grid, knots), leaves, grid, len(pairs.pairs))
     data = b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness
     if len(data) > LARGEST:
@@ -294,15 +292,27 @@ def verified_motion(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
 
 
 def judged_motion(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
-    """Return a motion as the judge takes it, among objects that move."""
+    """Return a motion as the judge takes it, among objects that move, and with the rest after its end."""
     reduced, timed = problem.reduced, problem.reduced.timed
-    moving = set[str]() if timed is None else timed.reduced.anchors.keys() - reduced.anchors.keys()
-    rests = not any(moving.intersection(goal.frames) for goal in problem.goals)
+    rests = not followed_goals(problem)
     kinematics, options = Kinematics(reduced), VerifyOptions()
+    staying = problem.dwell if rests else 0.0
+    if staying > 0.0:
+        trajectory = _with_rest(trajectory, staying)
     motion = JudgedMotion(reduced, trajectory, kinematics=kinematics, options=options, rests_after=rests)
+    motion.staying = staying
     if timed is not None:
         motion.among = TimedMotion(timed, trajectory, kinematics=Kinematics(timed.reduced), options=options)
     return motion
+
+
+def _with_rest(trajectory: Trajectory, duration: float) -> Trajectory:
+    """Return a trajectory that stays at its end for some time [s]."""
+    orders = (trajectory.velocities, trajectory.accelerations)
+    still = (None if each is None else np.vstack((each, np.zeros_like(each[-1:]))) for each in orders)
+    times = np.append(trajectory.times, trajectory.duration + duration)
+    positions = np.vstack((trajectory.positions, trajectory.positions[-1:]))
+    return Trajectory(trajectory.joint_names, times, positions, *still)
 
 
 def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
@@ -322,31 +332,34 @@ def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
     return pairs, LeafSearch(motion.among, pairs).search()[0]
 
 
-def _grid(motion: JudgedMotion, times: Floats, limits: JointLimits, requirements: Asked) -> Floats:
-    grid, lost = _refined(times, (_limits_hold(motion, limits), *requirements.shown), SHORTEST)
+def _grid(motion: JudgedMotion, times: Floats, limits: JointLimits) -> Floats:
+    grid, lost = _refined(times, _limits_hold(motion, limits), SHORTEST)
     if lost is not None:
-        raise ProblemError(f"limits and requirements are too tight for a proof around {lost:.6g} s")
+        raise ProblemError(f"limits are too tight for a proof around {lost:.6g} s")
     return grid
 
 
-def _with_torque(
-    problem: Problem, motion: JudgedMotion, requirements: Asked, grid: Floats
-) -> tuple[Asked, Floats]:
-    torque = stated_torque(motion, problem.limits)
-    if torque is None or torque.shown is None:
-        return requirements, grid
-    finer, lost = _refined(grid, (torque.shown,), SHORTEST_OF_TORQUE)
-    if lost is None:
-        return replace(requirements, documents=(*requirements.documents, torque.document)), finer
-    samples = len(inverse_dynamics(motion)[0])
-    words = f"torque: sampled at {samples} times, not proven"
-    return replace(requirements, judged=(*requirements.judged, words)), grid
+def _shown(
+    requirements: Asked, torque: RequirementRecord | None, grid: Floats
+) -> tuple[list[Document], list[str], Floats]:
+    """Return requirements that can be shown, names of the others, and the grid that shows them."""
+    documents, judged = list[Document](), list[str]()
+    for record in (*requirements.records, *(each for each in (torque,) if each is not None)):
+        finer, lost = grid, None
+        if record.shown is not None:
+            finer, lost = _refined(grid, record.shown, record.shortest)
+        if lost is None:
+            documents.append(record.document)
+            grid = finer
+        else:
+            judged.append(record.words)
+    return documents, judged, grid
 
 
-def _refined(grid: Floats, shown: Sequence[Shown], shortest: float) -> tuple[Floats, float | None]:
+def _refined(grid: Floats, shown: Shown, shortest: float) -> tuple[Floats, float | None]:
     begin, end = grid[:-1], grid[1:]
     while len(begin):
-        open_cells = ~np.all([holds(begin, end) for holds in shown], axis=0)
+        open_cells = ~shown(begin, end)
         begin, end = begin[open_cells], end[open_cells]
         if (end - begin < shortest).any() or len(grid) > MOST_TIMES:
             return grid, float(begin[0])

@@ -1,6 +1,6 @@
 """Requirements as a proof states them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import singledispatch
 
@@ -18,7 +18,6 @@ from trajopt.problem.requirements import (
 )
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.joints import Anchor
-from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
@@ -34,10 +33,18 @@ MARGIN = 1.1
 
 @dataclass(frozen=True, eq=False)
 class RequirementRecord:
-    """A requirement as a proof states it; `shown` finds intervals, None for one of the end alone."""
+    """A requirement as a proof states it.
+
+    Attributes:
+        shown: Finds intervals; None for one of the end alone.
+        shortest: Shorter intervals are not cut for its sake [s].
+        words: Names it if it cannot be shown, and is only judged.
+    """
 
     document: Document
     shown: Shown | None = None
+    shortest: float = 2e-4
+    words: str = ""
 
 
 @singledispatch
@@ -61,31 +68,56 @@ def _(requirement: JointPositions, motion: JudgedMotion, *, always: bool) -> Req
 
 @stated.register
 def _(requirement: FramePlacement, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
-    seen = _seen(motion.reduced, requirement.frame, requirement.reference)
+    seen = _seen(motion, requirement.frame, requirement.reference)
     rotation = np.where(requirement.rotation_tolerance >= np.pi, np.inf, requirement.rotation_tolerance)
     vector = requirement.coordinates is RotationCoordinates.ROTATION_VECTOR or np.isinf(rotation).all()
-    if seen is None or always or not vector:
+    if seen is None or not vector:
         return None
     frame, reference = seen
     goal = reference.placement * requirement.placement
     point = Placement(frame.placement.rotation, frame.placement * requirement.offset)
     stated = np.concatenate((requirement.position_tolerance, rotation)).tolist()
     sizes = [size if np.isfinite(size) else None for size in stated]
-    return RequirementRecord(
-        {
-            "kind": "frame placement",
-            "frame": requirement.frame,
-            "place": placed(frame.joint, point),
-            "goal": placed(reference.joint, goal),
-            "position": sizes[:3],
-            "rotation": sizes[3:],
-        }
+    document: Document = {
+        "kind": "held placement" if always else "frame placement",
+        "frame": requirement.frame,
+        "place": placed(frame.joint, point),
+        "goal": placed(reference.joint, goal),
+        "position": sizes[:3],
+        "rotation": sizes[3:],
+    }
+    most = np.concatenate((requirement.position_tolerance, rotation)) + 0.9 * motion.options.excess
+    moving = RelativeMotion(
+        motion.among, requirement.frame, reference=requirement.reference, offset=requirement.offset
     )
+
+    def shown(begin: Floats, end: Floats) -> Bools:
+        bounds, half = moving.bounds(begin, end), MARGIN * (end - begin) ** 2 / 8.0
+        beside = bounds.point_acceleration * half
+        rest = (bounds.turn_acceleration + bounds.turn_rate**2) * half
+        sizes = [_off_goal(requirement.placement, *moving.placements(times)) for times in (begin, end)]
+        off, skew, cosine = (np.stack(side) for side in zip(*sizes, strict=True))
+        angle = np.arccos(np.clip(cosine.min(axis=0) - 1.5 * rest, -1.0, 1.0))
+        sinc = np.asarray(np.sinc(angle / np.pi), dtype=np.float64)[:, None]
+        reached = np.concatenate(
+            (off.max(axis=0) + beside[:, None], (skew.max(axis=0) + rest[:, None]) / sinc), axis=1
+        )
+        return np.all((reached <= most) | np.isinf(most), axis=1)
+
+    return RequirementRecord(document, shown if always else None)
+
+
+def _off_goal(goal: Placement, rotation: Floats, point: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return sizes of the position's error, of the skew part of the rotation, and the cosine of its angle."""
+    turned = goal.rotation.T @ rotation
+    skew = 0.5 * (turned - turned.swapaxes(1, 2))[:, (2, 0, 1), (1, 2, 0)]
+    cosine = 0.5 * (np.trace(turned, axis1=1, axis2=2) - 1.0)
+    return np.abs((point - goal.translation) @ goal.rotation), np.abs(skew), cosine
 
 
 @stated.register
 def _(requirement: AxisAlignment, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
-    seen = _seen(motion.reduced, requirement.frame, requirement.reference)
+    seen = _seen(motion, requirement.frame, requirement.reference)
     if seen is None or requirement.tolerance > 3.1:
         return None
     frame, reference = seen
@@ -99,7 +131,9 @@ def _(requirement: AxisAlignment, motion: JudgedMotion, *, always: bool) -> Requ
         "tolerance": requirement.tolerance,
         "always": always,
     }
-    moving = RelativeMotion(motion, requirement.frame, reference=requirement.reference, offset=np.zeros(3))
+    moving = RelativeMotion(
+        motion.among, requirement.frame, reference=requirement.reference, offset=np.zeros(3)
+    )
 
     def shown(begin: Floats, end: Floats) -> Bools:
         inner = [
@@ -115,7 +149,7 @@ def _(requirement: AxisAlignment, motion: JudgedMotion, *, always: bool) -> Requ
 
 @stated.register
 def _(requirement: PositionInRegion, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
-    seen = _seen(motion.reduced, requirement.frame, requirement.reference)
+    seen = _seen(motion, requirement.frame, requirement.reference)
     if seen is None:
         return None
     frame, reference = seen
@@ -130,7 +164,7 @@ def _(requirement: PositionInRegion, motion: JudgedMotion, *, always: bool) -> R
         "always": always,
     }
     moving = RelativeMotion(
-        motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
+        motion.among, requirement.frame, reference=requirement.reference, offset=requirement.offset
     )
 
     def shown(begin: Floats, end: Floats) -> Bools:
@@ -176,15 +210,10 @@ def _everywhere(begin: Floats, end: Floats) -> Bools:
     return np.ones(len(begin), dtype=np.bool_) & (end > begin)
 
 
-def _seen(reduced: ReducedModel, frame: str, reference: str) -> tuple[Anchor, Anchor] | None:
-    found, base = reduced.anchors.get(frame), reduced.anchors.get(reference)
-    if found is None or base is None:
-        return None
-    parents: Sequence[int] = [int(parent) for parent in reduced.model.parents]
-    joint = found.joint
-    while joint > base.joint:
-        joint = parents[joint]
-    return (found, base) if joint == base.joint else None
+def _seen(motion: JudgedMotion, frame: str, reference: str) -> tuple[Anchor, Anchor] | None:
+    anchors = motion.among.reduced.anchors
+    found, base = anchors.get(frame), anchors.get(reference)
+    return None if found is None or base is None else (found, base)
 
 
 def _sized(shape: Box | Sphere | Cylinder | Plane) -> tuple[str, list[float]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from trajopt.files.proof.pairs import ConvexPart, convex_part, proven_pairs
 from trajopt.files.proof.proof import verified_motion
-from trajopt.files.proof.statement import Asked, statement
+from trajopt.files.proof.statement import statement
 from trajopt.native.checker import SweptParts
 from trajopt.planning.judgement import judge
 from trajopt.problem.problem import Problem
@@ -89,8 +89,7 @@ class StandingMotion:
         return frozenset(shapeless | carried | named | contacts)
 
     def _swept_parts(self) -> SweptParts:
-        nothing = Asked((), (), ())
-        stated = json.dumps(statement(self.problem, self._motion, self._pairs, nothing), allow_nan=False)
+        stated = json.dumps(statement(self.problem, self._motion, self._pairs), allow_nan=False)
         frames: dict[str, tuple[Floats, Floats]] = {
             name: (item.placement.rotation, item.placement.translation)
             for name, item in self.problem.scene.objects.items()

@@ -1,18 +1,19 @@
 """The statement of a proof, from a problem and a motion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trajopt.files.proof.pairs import Document, Pairs, placed
-from trajopt.files.proof.requirements import Shown, stated, stated_speed
+from trajopt.files.proof.requirements import RequirementRecord, stated, stated_speed
 from trajopt.problem.problem import Problem
+from trajopt.problem.requirement import During
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import payloads
 from trajopt.scene.track import Timing
-from trajopt.values.arrays import Floats, readonly
+from trajopt.values.arrays import Bools, Floats, readonly
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import refined
 from trajopt.verify.checks.required import passages
@@ -24,74 +25,104 @@ class Asked:
     """The requirements of a proof.
 
     Attributes:
-        documents: Requirements of the proof.
-        shown: Intervals in which requirements of all times can be shown.
+        records: Requirements to state, those of all times if they can be shown.
         judged: Sentences on facts not part of the proof.
         times: Moments that the grid must have [s].
     """
 
-    documents: tuple[Document, ...]
-    shown: tuple[Shown, ...]
+    records: tuple[RequirementRecord, ...]
     judged: tuple[str, ...]
     times: tuple[float, ...] = ()
 
 
 def asked(problem: Problem, motion: JudgedMotion) -> Asked:
     """Return the requirements of a problem, and the facts that are judged but not part of a proof."""
-    found, judged = list[Document](), list[str]()
-    shown: list[Shown] = []
-    stages: tuple[tuple[str, bool, Sequence[Requirement]], ...] = (
-        ("goal", False, problem.goals),
-        ("at all times", True, problem.requirements),
-    )
-    for label, always, requirements in stages:
-        for item in requirements:
-            part = stated(item, motion, always=always)
-            if part is None:
-                judged.append(f"{label}: {item}")
-                continue
-            found.append(part.document)
-            shown += [part.shown] if part.shown is not None else []
-    for tool in problem.tool_speeds:
-        part = stated_speed(tool, motion)
-        if part is None or part.shown is None:
-            judged.append(f"tool speed: {tool}")
-            continue
-        found.append(part.document)
-        shown.append(part.shown)
-    times, passed, missed = _waypoints(problem, motion)
-    judged += [f"waypoint {name}" for name in missed]
-    return Asked((*found, *passed), tuple(shown), (*judged, *_only_judged(problem, motion)), times)
+    followed = followed_goals(problem)
+    begin, end = motion.duration - (problem.dwell if followed else motion.staying), motion.duration
+    found: list[tuple[str, RequirementRecord | None]] = []
+    for item in problem.goals:
+        if item in followed and problem.dwell > 0.0:
+            found.append((f"goal: {item}", _in_part(stated(item, motion, always=True), begin, end)))
+        else:
+            found.append((f"goal: {item}", stated(item, motion, always=False)))
+    found += [(f"at all times: {item}", stated(item, motion, always=True)) for item in problem.requirements]
+    found += [(f"tool speed: {item}", stated_speed(item, motion)) for item in problem.tool_speeds]
+    if not followed and (problem.finish_by is not None or problem.dwell > 0.0):
+        rest: Document = {"kind": "rest", "since": begin, "by": problem.finish_by}
+        found.append(("rest", RequirementRecord(rest)))
+    judged = [words for words, record in found if record is None]
+    records = [replace(record, words=words) for words, record in found if record is not None]
+    times, passed, missed = _on_the_way(problem, motion)
+    moments = (*times, begin, end) if problem.dwell > 0.0 else times
+    return Asked((*records, *passed), (*judged, *missed, *_only_judged(problem, motion)), moments)
 
 
-def _waypoints(problem: Problem, motion: JudgedMotion) -> tuple[tuple[float, ...], list[Document], list[str]]:
-    """Return moments and statements of waypoints, and the names of those that cannot be stated."""
+def _in_part(record: RequirementRecord | None, since: float, until: float) -> RequirementRecord | None:
+    """Return a requirement of all times as one of a part of the motion."""
+    if record is None or record.shown is None:
+        return None
+    whole = record.shown
+
+    def shown(begin: Floats, end: Floats) -> Bools:
+        return whole(begin, end) | (end <= since) | (begin >= until)
+
+    stated: Document = {"kind": "part", "since": since, "until": until, "requirement": record.document}
+    return replace(record, document=stated, shown=shown)
+
+
+def _on_the_way(
+    problem: Problem, motion: JudgedMotion
+) -> tuple[tuple[float, ...], list[RequirementRecord], list[str]]:
+    """Return moments and requirements of waypoints and between them, and names of those that have no rule."""
     wanted = dict(zip(problem.waypoint_names, problem.waypoint_requirements, strict=True))
-    times, found, missed = set[float](), list[Document](), list[str]()
-    for name, passage in passages(motion, wanted).items():
-        parts = [stated(item, motion, always=False) for item in wanted[name]]
-        documents = [part.document for part in parts if part is not None]
-        if len(documents) < len(parts):
-            missed.append(name)
+    parts = [
+        During(item.required, item.after, item.until)
+        for item in problem.partial
+        if isinstance(item.required, Requirement)
+    ]
+    passed = passages(motion, wanted, parts)
+    times, found, missed = set[float](), list[RequirementRecord](), list[str]()
+    for name, passage in passed.items():
+        records = [stated(item, motion, always=False) for item in wanted[name]]
+        documents = [record.document for record in records if record is not None]
+        if len(documents) < len(records):
+            missed.append(f"waypoint {name}")
             continue
         times.add(passage.time)
         at: Document = {"kind": "waypoint", "name": _printable(name), "time": passage.time}
-        found += [{**at, "requirement": each} for each in documents]
+        found += [RequirementRecord({**at, "requirement": each}) for each in documents]
+    for part in parts:
+        since = 0.0 if part.after is None else passed[part.after].time
+        until = motion.duration if part.until is None else passed[part.until].time
+        record = _in_part(stated(part.required, motion, always=True), since, until)
+        if record is None or until <= since:
+            missed.append(f"between waypoints: {part}")
+            continue
+        times.update((since, until))
+        found.append(replace(record, words=f"between waypoints: {part}"))
     return tuple(times), found, missed
+
+
+def followed_goals(problem: Problem) -> tuple[Requirement, ...]:
+    """Return goals that are relative to a moving object."""
+    reduced, timed = problem.reduced, problem.reduced.timed
+    moving = set[str]() if timed is None else timed.reduced.anchors.keys() - reduced.anchors.keys()
+    return tuple(goal for goal in problem.goals if moving.intersection(goal.frames))
 
 
 def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
     reduced, robot = motion.reduced, problem.scene.robot
-    found = [f"between waypoints: {item.required}" for item in problem.partial]
+    found = [
+        f"between waypoints: {item}" for item in problem.partial if not isinstance(item.required, Requirement)
+    ]
     found += [f"user code: {item.residual.name}" for item in problem.residual_constraints]
     found += [
         f"contact of {item.a} and {item.b}: at most {1000.0 * item.depth:g} mm deep"
         for item in problem.scene.allowances
     ]
-    if problem.finish_by is not None:
-        found.append(f"the motion ends by {problem.finish_by:g} s")
-    if problem.dwell > 0.0:
-        found.append(f"it stays clear for {problem.dwell:g} s after the end")
+    if followed_goals(problem):
+        found.append("the motion is at rest relative to its goal")
+        found += [] if problem.finish_by is None else [f"it is at its goal by {problem.finish_by:g} s"]
     error = problem.scene.model_error.payload
     if error > 0.0 and payloads(reduced):
         found.append(f"torque for a payload that is {100.0 * error:g} % lighter or heavier")
@@ -100,7 +131,13 @@ def _only_judged(problem: Problem, motion: JudgedMotion) -> list[str]:
     return found
 
 
-def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements: Asked) -> Document:
+def statement(
+    problem: Problem,
+    motion: JudgedMotion,
+    pairs: Pairs,
+    requirements: Sequence[Document] = (),
+    judged: Sequence[str] = (),
+) -> Document:
     """Return the statement as plain data, in the order and with the names of `proof/1`."""
     reduced, options = motion.reduced, motion.options
     start = (reduced.start_positions, problem.start_velocities, problem.start_accelerations)
@@ -123,8 +160,8 @@ def statement(problem: Problem, motion: JudgedMotion, pairs: Pairs, requirements
         ],
         "excused": [list(row) for row in pairs.excused],
         "contacts": [[*sorted(owners), *map(_finite, span)] for owners, span in pairs.contacts.items()],
-        "requirements": [*requirements.documents, *pairs.clouds],
-        "judged": [_printable(each) for each in requirements.judged],
+        "requirements": [*requirements, *pairs.clouds],
+        "judged": [_printable(each) for each in judged],
     }
 
 

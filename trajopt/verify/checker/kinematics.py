@@ -92,33 +92,37 @@ class GridKinematics:
     def travel(
         self, joint: int, centre: Interval, radius: float, begin: Rows, end: Rows, seen: Rows
     ) -> PointTravel:
-        """Bound how the points of a sphere move, as seen from joints further out.
+        """Bound how the points of a sphere move, as seen from joints.
 
         With r the largest distance from the axis of a joint that turns, a point with velocity v, acceleration
         u and jerk k behind that joint has at most v + w r, u + 2 w v + (w^2 + a) r and
-        k + 3 w u + 3 (a + w^2) v + (j + 3 w a + w^3) r before it.
+        k + 3 w u + 3 (a + w^2) v + (j + 3 w a + w^3) r before it. From the last joint that carries both, the
+        joints towards the seeing one follow likewise.
 
         Args:
             centre: At all times, shape (g, 3) [m].
             radius: Its radius [m].
             begin: Place in the grid of the start of each of m intervals.
-            seen: The joint that it is seen from, one that carries the first, for each interval.
+            seen: The joint that it is seen from, for each interval.
         """
         half = up(self.grid[end] - self.grid[begin]) / 2.0
         fastest = [largest(rate, begin, end) for rate in self.rates]
         v, u, k = (np.zeros(len(begin)) for _ in range(3))
-        while joint > 0:
-            moves = ~self.carried_by[seen, joint]
-            w, a, j = (rate[:, joint] * moves for rate in fastest)
-            if self.statement.joints[joint - 1].turns:
-                lever = up(self._lever(joint, centre) + radius)
+        carried, seeing = self.carried_by[joint], self.carried_by[seen]
+        inward = [(number, carried[number] & ~seeing[:, number]) for number in range(len(carried) - 1, 0, -1)]
+        outward = [(number, ~carried[number] & seeing[:, number]) for number in range(1, len(carried))]
+        for number, moves in (*inward, *outward):
+            if not moves.any():
+                continue
+            w, a, j = (rate[:, number] * moves for rate in fastest)
+            if self.statement.joints[number - 1].turns:
+                lever = up(self._lever(number, centre) + radius)
                 r = np.maximum(lever[begin], lever[end]) + v * half
                 k = k + 3.0 * w * u + 3.0 * (a + w * w) * v + (j + 3.0 * w * a + w * w * w) * r
                 u = u + 2.0 * w * v + (w * w + a) * r
                 v = v + w * r
             else:
                 v, u, k = v + w, u + a, k + j
-            joint = self.statement.joints[joint - 1].place.joint
         return PointTravel(v * SAFE, u * SAFE, k * SAFE)
 
     def axis(self, joint: int) -> Interval:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from intervals import Floats, Interval, product, turned
-from kinematics import GridKinematics, PointTravel, Rows
+from kinematics import SAFE, GridKinematics, PointTravel, Rows
 from numpy.typing import NDArray
-from reading import demand
 from statement import FixedPlace, Statement
 
 Bools = NDArray[np.bool_]
@@ -33,7 +32,7 @@ def span(always: bool) -> str:
 
 @dataclass(frozen=True, eq=False)
 class FrameView:
-    """A frame as seen from a joint that carries it, or the world.
+    """A frame as seen from a joint, or the world.
 
     Attributes:
         place: Its placement, in the frame of the joint that carries it.
@@ -41,6 +40,10 @@ class FrameView:
 
     place: FixedPlace
     reference: int
+
+    def named(self, statement: Statement) -> str:
+        """Return words for the joint that it is seen from."""
+        return f" seen from {statement.joints[self.reference - 1].name}" if self.reference else ""
 
     def placed(self, arm: GridKinematics) -> tuple[Interval, Interval]:
         turn, origin = arm.placed(self.place)
@@ -51,18 +54,16 @@ class FrameView:
         begin, end, seen = self.cells(arm)
         return arm.travel(self.place.joint, arm.placed(self.place)[1], 0.0, begin, end, seen)
 
+    def turning(self, arm: GridKinematics) -> Floats:
+        """Bound the accelerations of unit vectors in each cell, as of points at a distance of 1."""
+        turns = np.array([False, *(joint.turns for joint in arm.statement.joints)])
+        moves = turns & (arm.carried_by[self.place.joint] ^ arm.carried_by[self.reference])
+        rate, increase = (each[:, moves].sum(axis=1) for each in arm.rates[:2])
+        return (rate * rate + increase) * SAFE
+
     def cells(self, arm: GridKinematics) -> tuple[Rows, Rows, Rows]:
         begin = np.arange(len(arm.grid) - 1, dtype=np.int64)
         return begin, begin + 1, np.full(len(begin), self.reference, dtype=np.int64)
-
-
-def seen_from(place: FixedPlace, reference: int, statement: Statement) -> FrameView:
-    """Return a frame as seen from a joint."""
-    joint = place.joint
-    while joint > reference:
-        joint = statement.joints[joint - 1].place.joint
-    demand(joint == reference, "the reference of a requirement must carry its frame, or be the world")
-    return FrameView(place, reference)
 
 
 def off_chord(arm: GridKinematics, second: Floats) -> Floats:

@@ -2,10 +2,10 @@
 
 import numpy as np
 from flint import arb
-from intervals import Floats, dot, down, enclosed, exactly, normalised, turned
-from kinematics import SAFE, GridKinematics, largest
+from intervals import dot, down, enclosed, exactly, normalised, turned
+from kinematics import GridKinematics
 from reading import Fields, below, demand, direction, flag, record, size, text
-from requirement import Bools, FrameView, StatedRequirement, off_chord, seen_from, span
+from requirement import Bools, FrameView, StatedRequirement, off_chord, span
 from statement import FixedPlace, Statement
 
 
@@ -16,7 +16,7 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
     _, name, carrier, axis, reference, along, tolerance, always = record(
         "axis alignment", value, {**readers, "direction": axis_of, "tolerance": size, "always": flag}
     )
-    seen = seen_from(FixedPlace(carrier, exactly(np.eye(3)), exactly(np.zeros(3))), reference, statement)
+    seen = FrameView(FixedPlace(carrier, exactly(np.eye(3)), exactly(np.zeros(3))), reference)
     angle = max(float(down(tolerance + statement.excess)), 0.0)
     demand(angle <= 3.14, "an axis must be aligned to within 3.14 rad")
 
@@ -26,22 +26,8 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
         least = enclosed(arb(angle).cos())[1]
         if not always:
             return inner[-1:] >= least
-        return np.minimum(inner[:-1], inner[1:]) - off_chord(arm, _acceleration(arm, seen)) - 1e-15 >= least
+        return np.minimum(inner[:-1], inner[1:]) - off_chord(arm, seen.turning(arm)) - 1e-15 >= least
 
     one, other = (", ".join(f"{each:.6g}" for each in side.low) for side in (axis, along))
-    words = f"{span(always)} axis ({one}) of {name} along ({other}), within {tolerance:.6g} rad"
-    return StatedRequirement(words, holds)
-
-
-def _acceleration(arm: GridKinematics, seen: FrameView) -> Floats:
-    """Bound the accelerations of unit vectors: points at distance 1 from the joints' axes at most."""
-    begin, end, reference = seen.cells(arm)
-    rate, increase = (largest(each, begin, end) for each in arm.rates[:2])
-    v, u, joint = np.zeros(len(begin)), np.zeros(len(begin)), seen.place.joint
-    while joint > 0:
-        stated = arm.statement.joints[joint - 1]
-        if stated.turns and not arm.carried_by[reference[0], joint]:
-            w, a = rate[:, joint], increase[:, joint]
-            u, v = u + 2.0 * w * v + w * w + a, v + w
-        joint = stated.place.joint
-    return u * SAFE
+    words = f"{span(always)} axis ({one}) of {name}{seen.named(statement)} along ({other})"
+    return StatedRequirement(f"{words}, within {tolerance:.6g} rad", holds)

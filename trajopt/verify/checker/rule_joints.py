@@ -1,9 +1,9 @@
-"""Rule: joints are within ranges, at the end or at all times."""
+"""Rules: joints are within ranges, at the end or at all times; the motion rests from a time on."""
 
 import numpy as np
 from intervals import exactly
 from kinematics import GridKinematics
-from reading import Fields, Reader, below, demand, every, flag, least, most, record, row, text
+from reading import Fields, Reader, below, demand, every, flag, least, most, number, record, row, text
 from requirement import Bools, StatedRequirement, span
 from statement import StatedJoint, Statement
 
@@ -36,3 +36,16 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
 
     names = [f"{joint.name} in [{low:.6g}, {high:.6g}]" for joint, low, high in stated]
     return StatedRequirement(f"{span(always)} {', '.join(names)}", holds)
+
+
+def read_rest(value: Fields, statement: Statement) -> StatedRequirement:
+    """Read the rule of rest: it begins by a time; velocities are then as small as at the end."""
+    _, since, by = record("rest", value, {"kind": text, "since": number, "by": most})
+
+    def holds(arm: GridKinematics) -> Bools:
+        velocities = arm.motion.bounds[1][:, : len(statement.curve.coordinates)].size
+        rests = (velocities <= statement.ends.speed).all(axis=1) | (arm.grid[1:] <= since)
+        return rests & statement.ends.rests & (since <= min(by, arm.grid[-1]))
+
+    due = f", and by {by:g} s" if np.isfinite(by) else ""
+    return StatedRequirement(f"the motion rests from {since:.6g} s on{due}", holds)

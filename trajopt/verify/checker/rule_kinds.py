@@ -25,19 +25,32 @@ OF_THE_END: Mapping[str, Rule] = {
 }
 
 
+ALWAYS: Mapping[str, Rule] = {"held placement": rule_placement.read_held, "tool speed": rule_tool_speed.read}
+
+
 def read_requirement(value: Fields, statement: Statement) -> StatedRequirement:
-    rules = {
-        **OF_THE_END,
-        "tool speed": rule_tool_speed.read,
-        "torque": rule_torque.read,
-        "waypoint": _waypoint,
-        "cloud": rule_region.read_cloud,
-    }
-    return _read(value, statement, rules)
+    others = {"torque": rule_torque.read, "cloud": rule_region.read_cloud, "rest": rule_joints.read_rest}
+    return _read(value, statement, {**OF_THE_END, **ALWAYS, **others, "part": _part, "waypoint": _waypoint})
 
 
 def _read(value: Fields, statement: Statement, rules: Mapping[str, Rule]) -> StatedRequirement:
     return rules[one_of(rules)("kind of a requirement", value.get("kind"))](value, statement)
+
+
+def _part(value: Fields, statement: Statement) -> StatedRequirement:
+    """Read the rule of a part of the motion: cells outside of it need not hold."""
+    readers = {"kind": text, "since": number, "until": number, "requirement": mapping}
+    _, since, until, inner = record("part", value, readers)
+    fits = inner.get("always") is True or inner.get("kind") in list(ALWAYS)
+    demand(fits, "the requirement of a part must be one of all times")
+    required = _read(inner, statement, {**OF_THE_END, **ALWAYS})
+
+    def holds(arm: GridKinematics) -> Bools:
+        return required.holds(arm) | (arm.grid[1:] <= since) | (arm.grid[:-1] >= until)
+
+    return StatedRequirement(
+        required.words.replace("at all times", f"from {since:g} to {until:g} s", 1), holds
+    )
 
 
 def _waypoint(value: Fields, statement: Statement) -> StatedRequirement:

@@ -6,7 +6,7 @@ import numpy as np
 from intervals import Floats, Interval, down, turned, up
 from kinematics import GridKinematics
 from reading import Fields, below, demand, every, flag, numbers, one_of, record, row, size, text
-from requirement import Bools, StatedRequirement, off_chord, seen_from, span
+from requirement import Bools, FrameView, StatedRequirement, off_chord, span
 from shapes import Hull, Shape
 from statement import ConvexPart, FixedPlace, Statement, place_in
 
@@ -23,7 +23,7 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
     joints = {at.joint for _, _, at in members}
     fits = len(joints) == 1 and all(len(sizes) == SIZES[kind] for kind, sizes, _ in members)
     demand(fits, "a region needs members of one joint, each with the sizes of its shape")
-    seen = seen_from(where, joints.pop(), statement)
+    seen = FrameView(where, joints.pop())
 
     def holds(arm: GridKinematics) -> Bools:
         _, origin = seen.placed(arm)
@@ -37,7 +37,7 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
         )
 
     named = [f"a {kind} {sizes} at {at.translation.low.tolist()} m" for kind, sizes, at in members]
-    return StatedRequirement(f"{span(always)} {name} in {' or '.join(named)}", holds)
+    return StatedRequirement(f"{span(always)} {name}{seen.named(statement)} in {' or '.join(named)}", holds)
 
 
 def beyond(kind: str, sizes: Floats, place: FixedPlace, points: Interval) -> Floats:

@@ -4,7 +4,7 @@ import numpy as np
 from intervals import Interval, cross, down, exactly, up
 from kinematics import GridKinematics
 from reading import Fields, record, size, text
-from requirement import Bools, StatedRequirement, off_chord, seen_from
+from requirement import Bools, FrameView, StatedRequirement, off_chord
 from statement import Statement, place_in
 
 
@@ -12,7 +12,7 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule."""
     readers = {"kind": text, "frame": text, "place": place_in(len(statement.joints)), "limit": size}
     _, name, place, limit = record("tool speed", value, readers)
-    seen = seen_from(place, 0, statement)
+    seen = FrameView(place, 0)
 
     def holds(arm: GridKinematics) -> Bools:
         speed = _velocity(arm, place.joint, arm.placed(place)[1]).norm().high

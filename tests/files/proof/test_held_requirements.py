@@ -1,0 +1,158 @@
+"""Placements that are held, requirements of parts of the motion, relative frames, and rest."""
+
+import copy
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from benchmarks.proof_mutations import direct
+from tests.files.proof.conftest import Checker, Document, Proof, moving_problem, planar_problem, planned
+from tests.files.proof.dense import of_kind, refuted
+from trajopt.files.proof import MotionProof, check_proof, save_proof
+from trajopt.problem.requirements import FramePlacement
+
+SWING = direct((-0.6, 0.3), (0.6, 0.3), 1.2)
+
+
+def along(across: float) -> FramePlacement:
+    return to.frame_placement(
+        "tool", ALONG, position_tolerance=(np.inf, across, np.inf), rotation_tolerance=np.inf
+    )
+
+
+def kept(**asked: object) -> to.Problem:
+    """A swing of the planar arm of 1.2 rad."""
+    return to.Problem(scene=scene(), start=[-0.6, 0.3], name="swing", **{**GOAL, **asked})  # type: ignore[arg-type]
+
+
+def scene() -> to.Scene:
+    return to.Scene(to.load("planar2")).add("mark", to.Box(0.01, 0.01, 0.01), to.placement((0.0, 0.0, 0.6)))
+
+
+GOAL: dict[str, object] = {"goal": to.joint_positions({"joint1": 0.6, "joint2": 0.3})}
+ALONG = to.placement((0.8, 0.0, 0.14), rpy=(0.0, 0.0, 0.3))
+"""The tool is within 0.4 m across and 0.6 rad of it, at the height."""
+
+
+def proven(problem: to.Problem, path: Path) -> Proof:
+    save_proof(problem, SWING, path)
+    assert check_proof(path).words.endswith("\nPROVEN")
+    found = Proof.read(path)
+    assert found.statement["judged"] == []
+    assert list(refuted(found.statement)) == []
+    return found
+
+
+def smallest(proof: Proof, change: Callable[[Document, float], object], most: float) -> float:
+    """Return the smallest number for which the dense check still holds, by bisection."""
+    low, high = 0.0, most
+    for _ in range(30):
+        middle = (low + high) / 2.0
+        statement = copy.deepcopy(proof.statement)
+        change(statement, middle)
+        low, high = (middle, high) if any(refuted(statement)) else (low, middle)
+    return high
+
+
+def held(statement: Document) -> Document:
+    (rule,) = of_kind(statement, "held placement")
+    return rule
+
+
+@pytest.mark.parametrize("seen", ["world", "tool"])
+@pytest.mark.parametrize(("field", "axis"), [("position", 0), ("position", 1), ("rotation", 2)])
+def test_a_held_placement_is_proven_up_to_its_tolerance(
+    field: str, axis: int, seen: str, tmp_path: Path, checker: Checker
+) -> None:
+    """Also of a frame at rest as seen from one that the arm moves; a smaller tolerance is refused."""
+    sizes = {"position_tolerance": (0.9, 0.9, 1e-6), "rotation_tolerance": (1e-6, 1e-6, 2.0)}
+    required = to.frame_placement("tool", ALONG, **sizes)
+    if seen == "tool":
+        required = to.frame_placement(
+            "mark", ALONG.inverse(), reference="tool", **{**sizes, "position_tolerance": 0.9}
+        )
+    proof = proven(kept(constraints=[required]), tmp_path / "x.proof")
+    least = smallest(proof, lambda s, size: held(s)[field].__setitem__(axis, size), 3.0)
+    for size, holds in ((1.001 * least + 1e-5, True), (0.999 * least - 1e-5, False)):
+        held(proof.statement)[field][axis] = size
+        assert (checker.fault(proof.write(tmp_path / "x.proof")) == "") is holds
+
+
+CHANGES: dict[str, Callable[[Document], object]] = {
+    "another place": lambda s: held(s)["goal"]["translation"].__setitem__(2, 0.1401),
+    "a turned goal": lambda s: held(s)["goal"].update(rotation=[1.0, 1e-4, 0.0, 0.0]),
+    "another point": lambda s: held(s)["place"]["translation"].__setitem__(2, 0.001),
+    "another joint": lambda s: held(s)["goal"].update(joint=1),
+    "half a turn": lambda s: held(s)["goal"].update(rotation=[0.0, 0.0, 0.0, 1.0]),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_other_placements_are_refused(change: str, tmp_path: Path, checker: Checker) -> None:
+    required = to.frame_placement(
+        "tool", ALONG, position_tolerance=(0.9, 0.9, 1e-5), rotation_tolerance=(1e-5, 1e-5, 1.5)
+    )
+    proof = proven(kept(constraints=[required]), tmp_path / "x.proof")
+    CHANGES[change](proof.statement)
+    assert "tool" in checker.fault(proof.write(tmp_path / "x.proof"))
+
+
+def test_a_placement_too_near_its_tolerance_is_listed_as_judged(tmp_path: Path) -> None:
+    """The judge counts an excess that the writer does not use up."""
+    path = tmp_path / "x.proof"
+    proof = proven(kept(constraints=[along(0.9)]), path)
+    least = smallest(proof, lambda s, size: held(s)["position"].__setitem__(1, size), 1.0)
+    save_proof(kept(constraints=[along(least + 5e-8)]), SWING, path)
+    assert Proof.read(path).statement["judged"] == [f"at all times: {along(least + 5e-8)}"]
+    assert not of_kind(Proof.read(path).statement, "held placement")
+
+
+def test_requirements_between_waypoints_are_proven_in_their_part(tmp_path: Path, checker: Checker) -> None:
+    half = {"half": to.joint_positions({"joint1": 0.0})}
+    slow = to.during(to.joint_positions({"joint1": 0.0}, tolerance=0.61), after="half")
+    problem = kept(waypoints=half, constraints=[slow])
+    proof = proven(problem, tmp_path / "x.proof")
+    (part,) = of_kind(proof.statement, "part")
+    assert (part["since"], part["until"]) == (pytest.approx(0.6, abs=0.05), 1.2)
+    part["requirement"]["ranges"] = [[1, -0.001, 0.61]]
+    found = Proof.read(proof.write(tmp_path / "x.proof"))
+    assert checker.fault(tmp_path / "x.proof") == "" or part["since"] < 0.6
+    part["since"] = 0.0
+    assert "from 0 to 1.2 s joint1" in checker.fault(proof.write(tmp_path / "x.proof"))
+    part["requirement"]["always"] = False
+    with pytest.raises(checker.malformed, match="one of all times"):
+        checker.fault(proof.write(tmp_path / "x.proof"))
+    part["requirement"] = {**found.statement["requirements"][0], "kind": []}
+    with pytest.raises(checker.malformed):
+        checker.fault(proof.write(tmp_path / "x.proof"))
+
+
+def test_the_rest_of_a_dwell_and_a_deadline_are_proven(tmp_path: Path, checker: Checker) -> None:
+    problem = replace(moving_problem(), dwell=0.5, finish_by=3.0)
+    proof = planned(problem, tmp_path / "x.proof")
+    assert proof.statement["judged"] == []
+    (rest,) = of_kind(proof.statement, "rest")
+    times = proof.statement["motion"]["times"]
+    assert rest["since"] == times[-2] == pytest.approx(times[-1] - 0.5)
+    assert checker.fault(tmp_path / "x.proof") == ""
+    assert MotionProof(proof.data).check(fast=True).proven
+    for changes in ({"since": rest["since"] - 0.1}, {"by": rest["since"] - 0.01}, {"since": times[-1] + 1.0}):
+        changed = Proof(copy.deepcopy(proof.statement), proof.witness)
+        of_kind(changed.statement, "rest")[0].update(changes)
+        assert "the motion rests from" in checker.fault(changed.write(tmp_path / "y.proof"))
+    proof.statement["motion"]["values"][0][-1][0] += 0.001
+    assert checker.fault(proof.write(tmp_path / "y.proof"))
+
+
+def test_an_object_that_comes_during_the_dwell_needs_leaves(tmp_path: Path, checker: Checker) -> None:
+    """Moved to where the arm rests, it is refused, though it appears after the end of the motion."""
+    late = planar_problem().scene.add("late", to.Sphere(0.05), to.placement((1.4, 0.5, 0.1)), appears=2.0)
+    proof = planned(replace(planar_problem(), scene=late, dwell=1.5), tmp_path / "x.proof")
+    assert checker.fault(tmp_path / "x.proof") == ""
+    part = next(part for part in proof.statement["parts"] if part["owner"] == "late")
+    part["place"]["translation"] = [0.6, 0.75, 0.14]
+    assert "late" in checker.fault(proof.write(tmp_path / "x.proof"))
