@@ -25,6 +25,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import ChangingPairs
 from trajopt.timing.time_scaling import TICK
 from trajopt.values.arrays import Floats, Loss, Rows, Value
+from trajopt.values.cached import cached_per_value
 from trajopt.values.trajectory import Trajectory
 
 
@@ -123,15 +124,15 @@ class Braking:
         limits, period = self.limits, self.period
         position, _, acceleration = state
         most, change = limits.acceleration, limits.jerk * period
-        least = self.settled(state, np.maximum(-most, np.minimum(acceleration - change, most)))
-        greatest = self.settled(state, np.minimum(most, np.maximum(acceleration + change, -most)))
-        fastest = limits.velocity * (1.0 - EXCESS)
-        up = np.minimum(fastest, self._brakeable(limits.upper - position))
-        down = np.minimum(fastest, self._brakeable(position - limits.lower))
-        return np.clip(-down, least, greatest), np.clip(up, least, greatest)
+        reached = np.stack((acceleration - change, acceleration + change))
+        least, greatest = self.settled(state, np.minimum(np.maximum(reached, -most), most))
+        room = np.stack((position - limits.lower, limits.upper - position))
+        down, up = np.minimum(limits.velocity * (1.0 - EXCESS), self._brakeable(room))
+        lower, upper = np.minimum(np.maximum(np.stack((-down, up)), least), greatest)
+        return lower, upper
 
     def settled(self, state: Floats, acceleration: Floats) -> Floats:
-        """Return the velocities that joints settle at, which have these accelerations at the tick's end."""
+        """Return the velocities that joints settle at after accelerations at the tick's end, (..., n)."""
         gone = np.maximum(np.abs(acceleration) / self.limits.jerk + TICK, self.period)
         return state[1] + self.period * (state[2] + acceleration) / 2.0 + acceleration * gone / 2.0
 
@@ -155,7 +156,7 @@ class Braking:
         )
 
     def _brakeable(self, distance: Floats) -> Floats:
-        """Return the largest velocities w at a distance w t + w^2 / 2a from a limit, where t is the delay."""
+        """Return the largest velocities w at distances w t + w^2 / 2a, (..., n), where t is the delay."""
         most = self.limits.acceleration
         delayed = most * self.delay
         distance = np.maximum(distance - INSET, 0.0)
@@ -244,9 +245,11 @@ def settle(
 ) -> Floats | None:
     """Return the velocities between bounds (n,) that follow a task best; None without a solution."""
     middle, joints = (lower + upper) / 2.0, len(lower)
-    matrix = np.concatenate((task.matrix, np.diag(1.0 / limits.velocity)))
-    value = matrix @ middle - np.concatenate((task.target, np.zeros(joints)))
-    weight = np.concatenate((np.ones(len(task.target)), np.full(joints, DAMPING)))
+    wanted = len(task.target)
+    matrix = np.concatenate((task.matrix, _relative(limits)))
+    value, weight = matrix @ middle, np.full(wanted + joints, DAMPING)
+    value[:wanted] -= task.target
+    weight[:wanted] = 1.0
     costs = CostRows("command", _rows(value, matrix), weight, Loss.SQUARED)
     kept = ConstraintRows(
         "clearance",
@@ -263,6 +266,11 @@ def settle(
         .solve((lower - middle)[None], (upper - middle)[None], ACCURACY)
     )
     return None if step is None else np.clip(middle + step.dx[0], lower, upper)
+
+
+@cached_per_value
+def _relative(limits: JointLimits) -> Floats:
+    return np.diag(1.0 / limits.velocity)
 
 
 def _rows(value: Floats, jacobian: Floats) -> Rows:

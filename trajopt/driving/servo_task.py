@@ -1,7 +1,7 @@
 """Servo task: the joint velocities of a command, and the approach of a tool to singularities."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from trajopt.driving.servo_program import ApproachLimits, Braking, VelocityTask
 from trajopt.geometry import Evaluator, JointPlacements
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.arrays import Floats, Ints, Value, readonly
 from trajopt.values.errors import JointNotFound
 from trajopt.values.placement import Placement, as_rotation_vector
 
@@ -106,7 +106,7 @@ class Tool(Value):
             n).
         """
         left, values, right = np.linalg.svd(self.jacobian, full_matrices=False)
-        rates, farther = right @ self.mimic.T, np.tri(len(self.mimic)).T
+        rates, farther = right @ self.mimic.T, _farther(len(self.mimic))
         moving, turning = left[:3].T @ _ACROSS, left[3:].T @ _ACROSS
         moved = farther * (self.angular @ _turned(self.linear @ moving.reshape(-1, 3, 3)))
         spun = farther * (self.angular @ _turned(LENGTH * self.angular @ turning.reshape(-1, 3, 3)))
@@ -114,6 +114,11 @@ class Tool(Value):
         by_farther = (rates[:, None] @ moved)[:, 0]
         slopes = by_nearer + by_farther - np.diagonal(moved, axis1=1, axis2=2) * rates
         return left, values, right, slopes @ self.mimic
+
+
+@cache
+def _farther(count: int) -> Floats:
+    return readonly(np.tri(count).T)
 
 
 def _as_lengths(twist: Floats) -> Floats:

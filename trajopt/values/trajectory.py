@@ -311,7 +311,7 @@ class Trajectory(Value):
 
 
 def _hermite(trajectory: Trajectory) -> Floats:
-    h = np.diff(trajectory.times)[:, None]
+    h = (trajectory.times[1:] - trajectory.times[:-1])[:, None]
     p0, p1 = trajectory.positions[:-1], trajectory.positions[1:]
     if trajectory.velocities is None:
         return np.stack(((p1 - p0) / h, p0))
@@ -321,19 +321,16 @@ def _hermite(trajectory: Trajectory) -> Floats:
         return np.stack(((v0 + v1 - 2 * d) / h**2, (3 * d - 2 * v0 - v1) / h, v0, p0))
     a0, a1 = trajectory.accelerations[:-1], trajectory.accelerations[1:]
     # Residuals of position, velocity, acceleration at the end after the quadratic from the start.
-    dp = p1 - p0 - v0 * h - a0 * h**2 / 2
+    square = h**2
+    dp = p1 - p0 - v0 * h - a0 * square / 2
     dv = (v1 - v0 - a0 * h) * h
-    da = (a1 - a0) * h**2
-    return np.stack(
-        (
-            (6 * dp - 3 * dv + da / 2) / h**5,
-            (-15 * dp + 7 * dv - da) / h**4,
-            (10 * dp - 4 * dv + da / 2) / h**3,
-            a0 / 2,
-            v0,
-            p0,
-        )
-    )
+    da = (a1 - a0) * square
+    found = np.empty((6, *p0.shape))
+    found[0] = (6 * dp - 3 * dv + da / 2) / h**5
+    found[1] = (-15 * dp + 7 * dv - da) / h**4
+    found[2] = (10 * dp - 4 * dv + da / 2) / h**3
+    found[3], found[4], found[5] = a0 / 2, v0, p0
+    return found
 
 
 def refined(times: Floats, knots: Floats, coefficients: Floats, degree: int) -> Floats:

@@ -48,13 +48,16 @@ def checked(target: Target) -> Target:
 
     @wraps(target)
     def call(*args: Any, **kwargs: Any) -> Any:
-        if known is not None and not kwargs.keys() <= known:
+        if kwargs and known is not None and not kwargs.keys() <= known:
             raise _unknown(target, kwargs, known)
-        for given in (zip(names, args, strict=False), kwargs.items()):
-            for name, value in given:
-                test, hint = kinds[name]
-                if not test(value):
-                    raise _refusal(name, hint, value)
+        for name, value in zip(names, args, strict=False):
+            test, hint = kinds[name]
+            if not test(value):
+                raise _refusal(name, hint, value)
+        for name, value in kwargs.items():
+            test, hint = kinds[name]
+            if not test(value):
+                raise _refusal(name, hint, value)
         return target(*args, **kwargs)
 
     return cast("Target", call)

@@ -186,7 +186,7 @@ def search_clearance(
                 options.smallest_interval,
                 options.most_distances,
                 distances.error,
-                options.first_intervals,
+                max(min(options.first_intervals, int(motion.duration / options.first_interval)), 2),
             )
         ),
         measured,

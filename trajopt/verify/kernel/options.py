@@ -17,7 +17,8 @@ class VerifyOptions:
             clearance if that is larger [m].
         far: Clearance beyond which distances are not refined [m].
         smallest_interval: Length of an unproven interval at which the search ends [s].
-        first_intervals: Initial intervals if only the verdict is needed; unproven ones are halved.
+        first_intervals: Most initial intervals if only the verdict is needed; unproven ones are halved.
+        first_interval: Least length of these, unless there are only two [s].
         most_distances: Measured distances at which the search for a proof ends.
         distance_error: Reserve subtracted from measured distances for errors of exact meshes [m].
         excess: Accepted numerical excess: relative to velocity and acceleration limits, absolute for
@@ -37,6 +38,7 @@ class VerifyOptions:
     far: float = 0.05
     smallest_interval: float = 1e-5
     first_intervals: int = 16
+    first_interval: float = 1e-5
     most_distances: int = 1_000_000
     distance_error: float = 1e-6
     excess: float = EXCESS
