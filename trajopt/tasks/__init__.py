@@ -20,6 +20,7 @@ from trajopt.tasks.stages import MoveTo as MoveTo
 from trajopt.tasks.stages import OneOf as OneOf
 from trajopt.tasks.stages import StageCost as StageCost
 from trajopt.tasks.stages import StageLimits as StageLimits
+from trajopt.tasks.stages import Together as Together
 from trajopt.tasks.stages import Within as Within
 from trajopt.tasks.stages import duration as duration
 from trajopt.tasks.stages import joint_travel as joint_travel

@@ -70,6 +70,8 @@ class AnyOrder(Value):
                     "begin with MoveTo"
                 )
             for stage in item:
+                if isinstance(stage, MoveTo) and stage.group:
+                    raise ProblemError(f"item {number}: items in any order move the group of the task")
                 if not isinstance(stage, MoveTo | Dwell):
                     raise ProblemError(
                         f"item {number} has a {type(stage).__name__}: items in any order "

@@ -9,7 +9,7 @@ from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject
 from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.search import Item, StageWithItems, TaskStage, as_items, held_objects
-from trajopt.tasks.stages import Fallback, FollowCurve, ForEach, MoveTo, OneOf, Within
+from trajopt.tasks.stages import Fallback, FollowCurve, ForEach, MoveTo, OneOf, Together, Within
 from trajopt.values.arrays import Floats
 
 
@@ -61,6 +61,8 @@ class RemainingStages:
 
     def _rest_of_items(self, stage: StageWithItems) -> Sequence[TaskStage]:
         items = as_items(stage.items)
+        if isinstance(stage, Together):
+            return self._with_items(stage, [left for item in items if (left := self.of(item))])
         begun = [item for item in items if any(map(self._begun, item))]
         rest = [] if self._skips(stage, begun[-1]) else self.of(begun[-1])
         others = [item for item in items if item not in begun]

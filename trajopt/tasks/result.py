@@ -47,11 +47,14 @@ class TaskSegment(PlannedSegment, Value):
     Attributes:
         stages: Names of the stages that it moves through, in order; the last one ends with it.
         pauses: Rests at its end before the next motion.
+        after: Stage of a group among others -> the stage with whose end it begins, empty for the begin of
+            the motion; other stages begin when the one before ends.
     """
 
     stages: tuple[str, ...]
     result: Result
     pauses: tuple[StageRest, ...] = ()
+    after: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @property
     def title(self) -> str:
@@ -179,13 +182,16 @@ class TaskResult(MotionSequence[TaskSegment]):
     @property
     def stages(self) -> tuple[StageTime, ...]:
         """Begin and end of each stage that moves or rests, in order."""
-        found: list[StageTime] = []
+        found: dict[str, StageTime] = {}
         for begin, segment in zip(self.begins.tolist(), self.segments, strict=True):
-            since = 0.0
+            since = begin
             for name, end in segment.ends:
-                found.append(StageTime(name, begin + since, begin + end))
-                since = end
-        return tuple(found)
+                other = segment.after.get(name)
+                known = found.get(other or "")
+                own = since if other is None else begin if known is None else known.end
+                found[name] = StageTime(name, own, begin + end)
+                since = begin + end
+        return tuple(found.values())
 
     def handling(self, name: str) -> PickPlaceResult:
         """Return the part of the task in which an object is picked and placed last, for `simulate_handling`.

@@ -55,6 +55,8 @@ class Leg:
         near: Positions of all joints at the object, for a straight leg that begins or ends there [rad | m].
         group: Group that moves; the arm if empty.
         names: The grasp and the place that it belongs to.
+        part: Group that must be at its goal when it is passed; all that moves if empty.
+        after: Stage with whose end it begins: empty for the begin of the motion, None for the leg before.
     """
 
     stage: str
@@ -64,6 +66,8 @@ class Leg:
     near: Floats | None = None
     group: str = ""
     names: CandidateNames = NO_NAMES
+    part: str = ""
+    after: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,7 +346,8 @@ class TaskSearch:
         problem = self._problem(state, legs, pause.seconds)
         result = self.plan(problem)
         if result.verified:
-            segment = TaskSegment(tuple(leg.stage for leg in legs), result, (pause,))
+            after = {leg.stage: leg.after for leg in legs if leg.after is not None}
+            segment = TaskSegment(tuple(leg.stage for leg in legs), result, (pause,), after)
             return self._faster_with_rests(state, legs, pause, state.moved(segment))
         if len(legs) == 1:
             leg = legs[0]
@@ -385,10 +390,11 @@ class TaskSearch:
         group = legs[0].group or self.group
         of_arm = group == self.group
         names = [leg.stage for leg in legs[:-1]]
-        goals = [to_configuration(scene, group, leg.goal) for leg in legs]
+        goals = [to_configuration(scene, leg.part or group, leg.goal) for leg in legs[:-1]]
         parts = [
             during(item, after=after, until=until) if names else item
-            for leg, after, until in zip(legs, (None, *names), (*names, None), strict=True)
+            for leg, before, until in zip(legs, (None, *names), (*names, None), strict=True)
+            for after in (before if leg.after is None else leg.after if leg.after in names else None,)
             for item in leg.constraints
         ]
         options = self.options
@@ -397,8 +403,8 @@ class TaskSearch:
             scene=scene,
             group=group,
             start=state.rested,
-            goal=goals[-1],
-            waypoints=dict(zip(names, goals[:-1], strict=True)),
+            goal=to_configuration(scene, group, legs[-1].goal),
+            waypoints=dict(zip(names, goals, strict=True)),
             constraints=(*self.constraints, *parts) if of_arm else (),
             velocity_scaling=options.velocity_scaling,
             acceleration_scaling=options.acceleration_scaling,

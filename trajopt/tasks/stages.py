@@ -13,6 +13,7 @@ from trajopt.planning.status import Status
 from trajopt.problem.problem import PathConstraint
 from trajopt.problem.requirements import FollowsCurve, Requirement
 from trajopt.problem.stated import GoalLike, stated_goal
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.tasks.cartesian.following import Begin, FollowOptions, follow
 from trajopt.tasks.grasping.stages import lifting_scene
@@ -29,6 +30,7 @@ from trajopt.tasks.search import (
     in_sequence,
     later,
 )
+from trajopt.tasks.tour import travel_time
 from trajopt.values.arrays import Floats, Value, at_least, number, one_of
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
@@ -46,17 +48,22 @@ class MoveTo(Value):
         goal: A state of the group, joint positions, a placement of the tool, or requirements, as the goal of
             a problem.
         constraints: Requirements on the way.
+        group: Part of the group of the task that moves; all of it if empty.
     """
 
     goal: GoalLike | Sequence[GoalLike]
     name: str = ""
     constraints: Sequence[PathConstraint] = ()
+    group: str = ""
 
     @property
     def default_name(self) -> str:
         return f"move to {self.goal}" if isinstance(self.goal, str) else "move"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        if left_over := _joints(scene, self.group or group) - _joints(scene, group):
+            joints = ", ".join(sorted(left_over))
+            raise ProblemError(f"group {shown(self.group)} has joints that the task does not move: {joints}")
         self.requirements(scene, group)
         return held
 
@@ -66,7 +73,7 @@ class MoveTo(Value):
         Raises:
             ProblemError: If the goal is a set, or has no accepted form.
         """
-        stated = stated_goal(scene, group, self.goal, degrees=False)
+        stated = stated_goal(scene, self.group or group, self.goal, degrees=False)
         if isinstance(stated, dict):
             raise ProblemError("a set of goals is a choice: use OneOf with a stage for each goal")
         return stated
@@ -77,17 +84,28 @@ class MoveTo(Value):
         return (*self.requirements(scene, group), *kept)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        reduced = search.reduced(state.scene, state.positions)
-        found = search.configurations(reduced, self.wanted(state.scene, search.group), self.name)
+        found = self.ends(search, state.scene, state.positions)
         if isinstance(found, StageRefusal):
             yield found
             return
-        for positions in found[: search.options.configurations]:
-            yield self.leg(state, reduced.all_positions(positions))
+        for positions in found:
+            yield self.leg(state, positions)
+
+    def ends(self, search: TaskSearch, scene: Scene, positions: Floats) -> Sequence[Floats] | StageRefusal:
+        """Return positions of all joints (number of joints,) at the goal, the nearest first; or why not."""
+        reduced = reduce_model(scene, self.group or search.group, positions)
+        found = search.configurations(reduced, self.wanted(scene, search.group), self.name)
+        if isinstance(found, StageRefusal):
+            return found
+        return [reduced.all_positions(each) for each in found[: search.options.configurations]]
 
     def leg(self, state: TaskState, goal: Floats) -> TaskState:
         """Return the state after a leg to a configuration of all joints."""
         return state.to(Leg(self.name, goal, state.scene, tuple(self.constraints)))
+
+
+def _joints(scene: Scene, group: str) -> set[str]:
+    return set(scene.robot.group(group).joints)
 
 
 @checked
@@ -543,3 +561,107 @@ class Within(Value):
     @property
     def _stages(self) -> list[TaskStage]:
         return [stage for item in as_items(self.items) for stage in item]
+
+
+@dataclass(frozen=True, eq=False)
+class Together(Value):
+    """Groups that move together, as the arms of a robot with two: one motion of the group of the task.
+
+    Each item has moves of one group in order. They are passed in their own times, in the order of a bound of
+    these; the last of all is reached last, and groups that are done earlier wait.
+    """
+
+    items: Sequence[Item]
+    name: str = ""
+    default_name = "together"
+
+    def __post_init__(self) -> None:
+        items = as_items(self.items)
+        object.__setattr__(self, "items", items)
+        for number_of_item, item in enumerate(items, start=1):
+            for stage in item:
+                if not isinstance(stage, MoveTo) or not stage.group or stage.group != self._group(item):
+                    raise ProblemError(
+                        f"item {number_of_item}: groups that move together have MoveTo only, with the same "
+                        "group= in all of an item"
+                    )
+
+    def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+        taken: dict[str, str] = {}
+        for item in as_items(self.items):
+            for joint in sorted(_joints(scene, self._group(item))):
+                if joint in taken:
+                    both = f"groups {shown(taken[joint])} and {shown(self._group(item))}"
+                    raise ProblemError(
+                        f"{both} have joint {shown(joint)} in common: they cannot move together"
+                    )
+                taken[joint] = self._group(item)
+            for stage in item:
+                stage.held_after(scene, group, held)
+        return held
+
+    def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        for attempt in range(search.options.configurations):
+            tracks = self._tracks(search, state, attempt)
+            if isinstance(tracks, StageRefusal):
+                yield tracks
+                return
+            yield self._passed(state, sorted(tracks, key=lambda each: each.time))
+
+    def _tracks(self, search: TaskSearch, state: TaskState, attempt: int) -> "list[_Passed] | StageRefusal":
+        """Return all moves, with the n-th nearest configurations; each group ends clear of those before."""
+        scene, robot, others = state.scene, state.scene.robot, state.positions
+        passed: list[_Passed] = []
+        for item in as_items(self.items):
+            rows = robot.index(robot.group(self._group(item)).joints)
+            at, time, after = others, 0.0, ""
+            for stage in item:
+                assert isinstance(stage, MoveTo)
+                found = stage.ends(search, scene, at)
+                if isinstance(found, StageRefusal):
+                    return found
+                begin, at = at, found[attempt % len(found)]
+                limits = reduce_model(scene, stage.group, at).limits
+                time += float(travel_time(begin[rows], at[rows], limits, rests=False))
+                passed.append(_Passed(stage, at[rows], time, after))
+                after = stage.name
+            others = at
+        return passed
+
+    def _passed(self, state: TaskState, moves: "Sequence[_Passed]") -> TaskState:
+        robot, first = state.scene.robot, state.steps[-1] if state.steps else None
+        before = first.stage if isinstance(first, Leg) else ""
+        for each in moves:
+            goal = np.array(state.positions)
+            goal[robot.index(robot.group(each.move.group).joints)] = each.positions
+            state = state.to(
+                Leg(
+                    each.move.name,
+                    robot.followed(goal),
+                    state.scene,
+                    tuple(each.move.constraints),
+                    part=each.move.group,
+                    after=each.after or before,
+                )
+            )
+        return state
+
+    @staticmethod
+    def _group(item: Sequence[TaskStage]) -> str:
+        return str(getattr(item[0], "group", ""))
+
+
+@dataclass(frozen=True, eq=False)
+class _Passed:
+    """A move among those of other groups.
+
+    Attributes:
+        positions: Of its group, at its end (n,) [rad | m].
+        time: Bound of the time of its end [s].
+        after: The move of its group before; empty if none.
+    """
+
+    move: MoveTo
+    positions: Floats
+    time: float
+    after: str

@@ -29,6 +29,7 @@ from trajopt.tasks.stages import (
     OneOf,
     StageCost,
     StageLimits,
+    Together,
     Within,
     duration,
 )
@@ -48,14 +49,14 @@ def read_task(path: Path | str, scene: Scene) -> Task:
     `position` [m] and optionally `rpy` [rad] or `quaternion`. Each stage is a mapping with one of these keys,
     and optionally `name`:
 
-    - `move_to`: a state, joint -> position [rad | m], or a pose of the tool,
+    - `move_to`: a state, joint -> position [rad | m], or a pose of the tool; optionally `group`,
     - `dwell` [s], `gripper` (opening [m]), `pick` (an object, with proposed grasps), `place` with `at`,
     - `attach` with `link` and optionally `touch_links` (a list), `detach`,
     - `move_object` with `to` and optionally `seconds`,
     - `follow` (a frame) with `poses` or `file`, optionally `blend`, `speed` [m/s], `steady`, `off` [m],
     - `any_order` (optionally with `then`), `for_each`, `one_of` (optionally with `cost` and `ways_each`),
-      `fallback`, and `within` with `limits`: each item is a stage or a list of stages. `cost` and `limits`
-      are mappings of the members of `StageCost` and `StageLimits`.
+      `fallback`, `together`, and `within` with `limits`: each item is a stage or a list of stages. `cost`
+      and `limits` are mappings of the members of `StageCost` and `StageLimits`.
 
     Raises:
         FileFormatError: If the file is missing or invalid.
@@ -119,10 +120,11 @@ def _pose(node: Node) -> Placement:
     return pose_of(node, UPRIGHT, degrees=False)
 
 
-def _move_to(_: Node, goal: Node, cell: _Cell, name: str) -> TaskStage:
+def _move_to(node: Node, goal: Node, cell: _Cell, name: str) -> TaskStage:
     del cell
+    group = node["group"].text(default="")
     pose = not isinstance(goal.value, str) and goal.has("position")
-    return MoveTo(_pose(goal) if pose else _configuration(goal), name=name)
+    return MoveTo(_pose(goal) if pose else _configuration(goal), name=name, group=group)
 
 
 def _pick(_: Node, picked: Node, cell: _Cell, name: str) -> TaskStage:
@@ -197,7 +199,7 @@ def _range(node: Node) -> tuple[float, float]:
 
 Read = Callable[[Node, Node, _Cell, str], TaskStage]
 _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
-    "move_to": ((), _move_to),
+    "move_to": (("group",), _move_to),
     "dwell": ((), lambda _, value, __, name: Dwell(value.number(), name=name)),
     "gripper": ((), lambda _, value, __, name: SetGripper(value.number(), name=name)),
     "pick": ((), _pick),
@@ -209,6 +211,7 @@ _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "any_order": (("then",), _any_order),
     "for_each": ((), lambda _, value, cell, name: ForEach(_items(value, cell), name=name)),
     "one_of": (("cost", "ways_each"), _one_of),
+    "together": ((), lambda _, value, cell, name: Together(_items(value, cell), name=name)),
     "within": (("limits",), _within),
     "fallback": ((), lambda _, value, cell, name: Fallback(_items(value, cell), name=name)),
 }
