@@ -2,13 +2,14 @@
 
 from itertools import islice, pairwise
 
+from trajopt.optimise.solvers import Effort
 from trajopt.planning.schedule import CYCLE, CYCLES, OPENING, rounds
 from trajopt.planning.seeds import SeedKind
 
 
 def test_the_straight_line_to_the_nearest_goal_comes_first_and_alone() -> None:
     (row,) = OPENING[0]
-    assert row.source is SeedKind.STRAIGHT and row.branches == (0, 1) and not row.brief
+    assert row.source is SeedKind.STRAIGHT and row.branches == (0, 1) and row.effort is Effort.TENTATIVE
 
 
 def test_every_branch_gets_its_straight_line_once() -> None:
@@ -20,8 +21,14 @@ def test_every_branch_gets_its_straight_line_once() -> None:
 def test_the_next_round_continues_brief_attempts() -> None:
     for table in (OPENING, CYCLE):
         for rows, following in pairwise(table):
-            if any(row.brief for row in rows):
+            if any(row.effort is Effort.BRIEF for row in rows):
                 assert [row.source for row in following] == [None]
+
+
+def test_straight_lines_are_given_up_early_and_sampled_paths_never() -> None:
+    efforts = {SeedKind.STRAIGHT: Effort.TENTATIVE, SeedKind.SAMPLED: Effort.FULL, None: Effort.FULL}
+    for row in (row for rows in (*OPENING, *CYCLE) for row in rows):
+        assert row.effort is efforts.get(row.source, Effort.BRIEF)
 
 
 def test_rounds_end_without_a_budget_and_go_on_with_one() -> None:

@@ -129,6 +129,8 @@ class Options:
         steps: int,
         failures: int,
         until_feasible: bool,
+        window: int,
+        violations: list[float],
     ) -> None: ...
 
 Worked = tuple[int, int, int]

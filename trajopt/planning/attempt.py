@@ -6,12 +6,11 @@ from dataclasses import replace
 from trajopt.optimise.methods import (
     Method,
     Program,
-    SupportsEarlyStop,
+    SupportsEffort,
     SupportsImprovement,
-    SupportsNearSeeds,
     choose,
 )
-from trajopt.optimise.solvers import SolveResult
+from trajopt.optimise.solvers import Effort, SolveResult
 from trajopt.planning.budget import Budget, BudgetTracker, Stopped
 from trajopt.planning.infeasibility import reasons
 from trajopt.planning.result import Result
@@ -32,8 +31,7 @@ def plan_once(
     waypoint_knots: Sequence[int] = (),
     program: Program | None = None,
     workspace: PlanningWorkspace | None = None,
-    brief: bool = False,
-    near: bool = False,
+    effort: Effort = Effort.FULL,
 ) -> Result:
     """Plan from one seed: transcribe, solve, retime, verify.
 
@@ -45,8 +43,7 @@ def plan_once(
         waypoint_knots: The knot of each waypoint, increasing, neither first nor last.
         program: The problem as transcribed by the method for an earlier seed; transcribed when None.
         workspace: Shared by attempts at this problem; a new one without bounds when None.
-        brief: Whether a few steps are enough, if the method can stop early.
-        near: Whether the seed solved a similar problem, so that less polishing suffices.
+        effort: Work to do for this seed, if the method can do less.
 
     Returns:
         The motion with its certificate, or why this seed led to none.
@@ -64,13 +61,10 @@ def plan_once(
         seed = floats("seed", seed, (problem.knots, len(problem.reduced.joint_names)))
         program = choose(problem, method).method.program(problem, seed, waypoint_knots)
 
+    if effort is not Effort.FULL and isinstance(program, SupportsEffort):
+        program = program.with_effort(effort)
     with work.tracker.optimising(program.counts) as step:
-        if brief and isinstance(program, SupportsEarlyStop):
-            solved = program.solve_briefly(seed, progress=step)
-        elif near and isinstance(program, SupportsNearSeeds):
-            solved = program.solve_near(seed, progress=step)
-        else:
-            solved = program.solve(seed, progress=step)
+        solved = program.solve(seed, progress=step)
     work.tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
 
     decoded = program.decode(solved)

@@ -9,6 +9,7 @@ import numpy as np
 
 from trajopt.geometry import WorkCounts
 from trajopt.optimise.methods import Choice, Method, Program
+from trajopt.optimise.solvers import Effort, SolverStatus
 from trajopt.optimise.terms import Acceleration, Clearance, Jerk, Velocity
 from trajopt.optimise.transcription import fixed_goal
 from trajopt.planning.attempt import plan_once
@@ -107,14 +108,14 @@ class Candidate:
 
     Attributes:
         branches: Its possible branches: the end of the seed selects one.
-        brief: Whether a few steps show if it is promising.
+        effort: Work to do for it.
     """
 
     workspace: PlanningWorkspace
     branches: tuple[GoalBranch, ...]
     kind: SeedKind
     make_seed: MakeSeed
-    brief: bool = False
+    effort: Effort = Effort.FULL
     goal_name: str = ""
 
     def branch_of(self, seed: Floats) -> GoalBranch:
@@ -132,8 +133,7 @@ def attempt(candidate: Candidate) -> Result:
     finally:
         work.tracker.count_work(counts)
     program = candidate.branch_of(seed).program
-    near = candidate.kind is SeedKind.GIVEN
-    result = plan_once(work.problem, seed, program=program, workspace=work, brief=candidate.brief, near=near)
+    result = plan_once(work.problem, seed, program=program, workspace=work, effort=candidate.effort)
     if work.tracker.budget.improve and not work.problem.starts_moving:
         plain = work.judged_as_it_is(seed)
         if plain is not None and plain.cost < result.cost:
@@ -201,9 +201,9 @@ class GoalSearch:
             candidate.branches[0].blocked = _blocked(result)
         if result.verified:
             return
-        if candidate.brief and result.path is not None:
+        if _unfinished(candidate, result) and result.path is not None:
             seed = GivenSeed(with_knots(result.path.knots, result.problem.knots))
-            again = replace(candidate, make_seed=seed, brief=False)
+            again = replace(candidate, make_seed=seed, effort=Effort.FULL)
             self._seen.append((_rank(result), again))
         if self.nearest is None or _rank(result) < _rank(self.nearest):
             self.nearest = result
@@ -215,7 +215,7 @@ class GoalSearch:
             straight = (
                 self._from(StraightLines(each.kind), each) for each in self._branches[slice(*row.branches)]
             )
-            return list(chain.from_iterable(straight))
+            return [replace(item, effort=row.effort) for item in chain.from_iterable(straight)]
         if row.bends_best and incumbent is not None and incumbent.path is not None:
             return self._close_to(with_knots(incumbent.path.knots, incumbent.problem.knots), row)
         if row.source not in self._running:
@@ -225,7 +225,7 @@ class GoalSearch:
             # With waypoints each branch has knots of its own for them.
             any_will_do = row.to_any and not self.workspace.problem.waypoints
             self._running[row.source] = self._to_any(source, to) if any_will_do else self._in_turn(source, to)
-        return [replace(item, brief=row.brief) for item in islice(self._running[row.source], row.count)]
+        return [replace(item, effort=row.effort) for item in islice(self._running[row.source], row.count)]
 
     def _promising(self, row: Row) -> list[Candidate]:
         nearest_first = sorted(self._seen, key=lambda seen: seen[0])
@@ -258,6 +258,11 @@ class GoalSearch:
 
     def _candidate(self, branches: Sequence[GoalBranch], kind: SeedKind, make: MakeSeed) -> Candidate:
         return Candidate(self.workspace, tuple(branches), kind, make, goal_name=self.goal_name)
+
+
+def _unfinished(candidate: Candidate, result: Result) -> bool:
+    given_up = result.solve is not None and result.solve.status is SolverStatus.GIVEN_UP
+    return given_up or candidate.effort is Effort.BRIEF
 
 
 def _rank(result: Result) -> float:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import chain, repeat
 
+from trajopt.optimise.solvers import Effort
 from trajopt.planning.seeds import Bumps, DetourLines, SampledPaths, SeedKind, SeedSource
 
 
@@ -16,7 +17,7 @@ class Row:
         branches: First and last (exclusive) index of their goal configurations, nearest first;
             None for all.
         count: Number of seeds; None for all.
-        brief: Whether a few steps show if a seed is promising.
+        effort: Work to do for each seed.
         to_any: Whether each seed leads to the goal configuration that it reaches first.
         bends_best: Whether the best motion is bent instead, once there is one.
     """
@@ -24,7 +25,7 @@ class Row:
     source: SeedKind | None
     branches: tuple[int, int | None] = (0, None)
     count: int | None = None
-    brief: bool = False
+    effort: Effort = Effort.FULL
     to_any: bool = False
     bends_best: bool = False
 
@@ -37,23 +38,26 @@ NEAREST = 3
 freedom to choose another.
 """
 
+PROMISING: Round = (Row(None, count=3),)
+"""The most promising of the seeds given up or tried briefly."""
+
 OPENING: tuple[Round, ...] = (
-    (Row(SeedKind.STRAIGHT, (0, 1)),),
+    (Row(SeedKind.STRAIGHT, (0, 1), effort=Effort.TENTATIVE),),
     (Row(SeedKind.SAMPLED, count=3, to_any=True),),
-    (Row(SeedKind.STRAIGHT, (1, NEAREST + 1)),),
+    (Row(SeedKind.STRAIGHT, (1, NEAREST + 1), effort=Effort.TENTATIVE),),
     (
-        Row(SeedKind.AROUND, (0, NEAREST), count=6, brief=True),
-        Row(SeedKind.BUMP, (0, NEAREST + 1), count=6, brief=True, bends_best=True),
+        Row(SeedKind.AROUND, (0, NEAREST), count=6, effort=Effort.BRIEF),
+        Row(SeedKind.BUMP, (0, NEAREST + 1), count=6, effort=Effort.BRIEF, bends_best=True),
     ),
-    (Row(None, count=3),),
-    (Row(SeedKind.STRAIGHT, (NEAREST + 1, None)),),
+    PROMISING,
+    (Row(SeedKind.STRAIGHT, (NEAREST + 1, None), effort=Effort.TENTATIVE),),
 )
 """First seeds."""
 
 CYCLE: tuple[Round, ...] = (
     (Row(SeedKind.SAMPLED, count=3, to_any=True),),
-    (Row(SeedKind.BUMP, (0, NEAREST + 1), count=12, brief=True, bends_best=True),),
-    (Row(None, count=3),),
+    (Row(SeedKind.BUMP, (0, NEAREST + 1), count=12, effort=Effort.BRIEF, bends_best=True),),
+    PROMISING,
 )
 """Seeds after the opening, repeated."""
 
@@ -68,7 +72,7 @@ SOURCES: dict[SeedKind, SeedSource] = {
 }
 """Sources of the seeds of each kind, except straight lines and the caller's paths."""
 
-GIVEN: Round = (Row(SeedKind.GIVEN, to_any=True),)
+GIVEN: Round = (Row(SeedKind.GIVEN, to_any=True, effort=Effort.NEAR),)
 """Seeds before all others, if the caller passes paths."""
 
 

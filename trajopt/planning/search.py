@@ -10,6 +10,7 @@ import numpy as np
 
 from trajopt.geometry import WorkCounts
 from trajopt.optimise.methods import Choice
+from trajopt.optimise.solvers import Effort
 from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.planning.budget import BudgetTracker, Stop, Stopped
 from trajopt.planning.goal_search import Candidate, GoalSearch, attempt
@@ -119,7 +120,9 @@ class PlanSearch:
             candidates = [item for goal in nearest_first for item in goal.candidates(rows, self._best(goal))]
             left = None if self._most is None else self._most - len(self.attempts)
             self._rounds += 1
-            yield candidates[:left]
+            if left is not None and len(candidates) >= left:
+                candidates = [*candidates[: left - 1], replace(candidates[left - 1], effort=Effort.FULL)]
+            yield candidates
             if self.done:
                 return
             if self._rounds == BEFORE_PROOF and self.incumbent is None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from trajopt.optimise.solvers import Chomp, Sqp, Stomp
+from trajopt.optimise.solvers import Chomp, Effort, Sqp, Stomp
 from trajopt.values.errors import ProblemError
 
 TOO_SMALL = [
@@ -27,4 +27,8 @@ def test_a_number_that_is_too_small_is_named(
 
 
 def test_the_brief_form_of_any_solver_takes_a_step() -> None:
-    assert Sqp(max_iterations=1).brief().max_iterations == 1
+    assert Sqp(max_iterations=1).with_effort(Effort.BRIEF).max_iterations == 1
+
+
+def test_full_effort_changes_nothing() -> None:
+    assert Sqp().with_effort(Effort.FULL) == Sqp() and not Sqp().gives_up

@@ -4,9 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from tests.optimise.solvers.analytic import AnalyticNlp
-from trajopt.optimise.solvers import SolverStatus, Sqp, SqpStep
+from trajopt.optimise.solvers import Effort, SolverStatus, Sqp, SqpStep
+from trajopt.optimise.solvers.descent import DescentLimits
 from trajopt.optimise.solvers.flat import subproblem
 from trajopt.values.arrays import Floats, Ints, Loss
 
@@ -93,6 +96,34 @@ def test_infeasible_ends_stationary() -> None:
     assert result.status in {SolverStatus.INFEASIBLE_STATIONARY, SolverStatus.TRUST_REGION_COLLAPSED}
     assert result.x[0] == pytest.approx([0.0, 0.0], abs=1e-2)
     assert result.violations()["constraint"] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_seed_is_given_up_if_its_constraints_would_not_hold_in_time() -> None:
+    seed, full = np.array([[2.0, 1.0]]), replace(SHARP, max_iterations=100)
+    tentative = full.with_effort(Effort.TENTATIVE)
+    given_up = tentative.solve(program(upper=-1.0), seed)
+    assert given_up.status is SolverStatus.GIVEN_UP
+    assert len(given_up.log) < len(full.solve(program(upper=-1.0), seed).log)
+    assert tentative.solve(program(upper=1.0), seed).log == full.solve(program(upper=1.0), seed).log
+
+
+@given(
+    first=st.floats(1e-2, 10.0),
+    rate=st.floats(0.01, 0.99),
+    window=st.integers(1, 9),
+    steps=st.integers(10, 60),
+)
+def test_a_violation_that_falls_at_a_constant_rate_is_extrapolated(
+    first: float, rate: float, window: int, steps: int
+) -> None:
+    limits, tolerance = DescentLimits(steps, 0.0, 0.0, window), 1e-3
+    violations = [first * rate**step for step in range(window + 1)]
+    last = first * rate ** (steps - 1)
+    assume(abs(np.log(last / tolerance)) > 1e-6 and violations[-1] > tolerance)
+    left = steps - len(violations)
+    assert limits.hopeless(violations, tolerance, left) == (last > tolerance)
+    assert not limits.hopeless(violations[1:], tolerance, left)
+    assert limits.hopeless([first] * (window + 1), tolerance, left)
 
 
 def test_without_rounds_the_penalty_stays() -> None:

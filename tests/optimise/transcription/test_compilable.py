@@ -16,7 +16,7 @@ from trajopt.geometry import WorkCounts
 from trajopt.optimise import terms
 from trajopt.optimise.methods import Knots
 from trajopt.optimise.methods.bspline import Bspline
-from trajopt.optimise.solvers import Iteration, SolveResult, Sqp, sqp
+from trajopt.optimise.solvers import Iteration, SolveResult, SolverStatus, Sqp, sqp
 from trajopt.optimise.solvers.descent import DescentLimits
 from trajopt.optimise.transcription.compilable import taper_of
 from trajopt.optimise.transcription.margins import ShrunkMargins, TaperedMargins
@@ -69,8 +69,12 @@ def test_both_ways_take_nearly_the_same_steps(name: str) -> None:
 @pytest.mark.parametrize("enclosed", [False, True])
 def test_where_nothing_is_found_they_end_alike(tmp_path: Path, enclosed: bool) -> None:
     problem = (walled_in if enclosed else wall)(odd_arm(tmp_path))
-    seed, nlp = program(problem)
-    same_logs(Sqp().solve(nlp, seed), SqpInPython().solve(program(problem)[1], seed))
+    seed = program(problem)[0]
+    for gives_up in (False, True):
+        one, other = (solver(gives_up=gives_up) for solver in (Sqp, SqpInPython))
+        found = one.solve(program(problem)[1], seed)
+        same_logs(found, other.solve(program(problem)[1], seed))
+        assert (found.status is SolverStatus.GIVEN_UP) == gives_up
 
 
 def test_splines_are_descended_alike(tmp_path: Path) -> None:

@@ -60,9 +60,21 @@ banded::Step step_within(const Program& program, banded::Program& quadratic, con
   return banded::best_step(quadratic, lower.data(), upper.data(), options.regularisation, inner);
 }
 
+// Whether the violation would not fall to the loosest tolerance in time, if it fell at the rate of the last steps.
+bool hopeless(const Program& program, const std::vector<double>& violations, const Options& options, int left) {
+  const auto window = static_cast<std::size_t>(options.window);
+  if (window == 0 || violations.size() <= window) return false;
+  double tolerance = 0.0;
+  for (const Part& part : program.parts())
+    if (part.role.bounded()) tolerance = std::max(tolerance, part.role.tolerance);
+  const double now = violations.back(), before = violations[violations.size() - 1 - window];
+  return now > tolerance && now * std::pow(now / before, static_cast<double>(left) / options.window) > tolerance;
+}
+
 Ending walk(Program& program, Descent& descent, const Options& options, const Program::Ask& ask,
             Reporter& reporter) {
   banded::Program quadratic = program.quadratic(*descent.at, options.penalty);
+  std::vector<double> violations = options.violations;
   while (static_cast<int>(descent.log.size()) < options.steps) {
     const Point& at = *descent.at;
     const double now = at.merit(options.penalty);
@@ -86,8 +98,11 @@ Ending walk(Program& program, Descent& descent, const Options& options, const Pr
     descent.log.push_back({descent.at->cost, descent.at->violation, descent.at->merit(options.penalty),
                            descent.region.radius, accepted, quadratic.row_count(), step.iterations,
                            program.work()});
+    violations.push_back(descent.at->violation);
     reporter.noted();
     if (accepted && descent.at->feasible && options.until_feasible) return Ending::kConverged;
+    const int left = options.steps - static_cast<int>(descent.log.size());
+    if (!descent.at->feasible && hopeless(program, violations, options, left)) return Ending::kGivenUp;
     if (descent.region.collapsed()) return Ending::kTrustRegionCollapsed;
     if (accepted) quadratic = program.quadratic(*descent.at, options.penalty);
   }

@@ -8,7 +8,7 @@
 
 namespace descent {
 
-enum class Ending { kConverged, kMaxIterations, kTrustRegionCollapsed, kQpFailed, kNonFinite };
+enum class Ending { kConverged, kMaxIterations, kTrustRegionCollapsed, kQpFailed, kNonFinite, kGivenUp };
 
 // The box around the current point, in units of the program's scale, and the rule that sizes it.
 struct Region {
@@ -28,6 +28,8 @@ struct Options {
   int steps;                            // at most
   int failures;                         // of the interior point method that smaller steps are tried after
   bool until_feasible;                  // whether to end where all constraints hold
+  int window;                           // last steps, whose rate must make them hold in time; 0: no seed is given up
+  std::vector<double> violations;       // after each step on the same samples, before this descent
 };
 
 // What is told of each step.

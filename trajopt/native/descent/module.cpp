@@ -258,12 +258,14 @@ NB_MODULE(descent, m) {
   nb::class_<Options>(m, "Options")
       .def("__init__",
            [](Options* made, double penalty, double relative_gain, double absolute_gain, double accuracy,
-              double regularisation, int qp_iterations, int steps, int failures, bool until_feasible) {
-             new (made) Options{penalty,       relative_gain, absolute_gain, accuracy,      regularisation,
-                                qp_iterations, steps,         failures,      until_feasible};
+              double regularisation, int qp_iterations, int steps, int failures, bool until_feasible, int window,
+              std::vector<double> violations) {
+             new (made) Options{penalty,       relative_gain, absolute_gain, accuracy,       regularisation,
+                                qp_iterations, steps,         failures,      until_feasible, window,
+                                std::move(violations)};
            },
            nb::kw_only(), "penalty"_a, "relative_gain"_a, "absolute_gain"_a, "accuracy"_a, "regularisation"_a,
-           "qp_iterations"_a, "steps"_a, "failures"_a, "until_feasible"_a);
+           "qp_iterations"_a, "steps"_a, "failures"_a, "until_feasible"_a, "window"_a, "violations"_a);
   auto program = nb::class_<Program>(m, "Program");
   program
       .def("__init__", &make_program, "lower"_a, "upper"_a, "scale"_a, "query"_a, nb::keep_alive<1, 5>())

@@ -4,9 +4,8 @@ from trajopt.optimise.methods.knots import Knots as Knots
 from trajopt.optimise.methods.method import Decoded as Decoded
 from trajopt.optimise.methods.method import Method as Method
 from trajopt.optimise.methods.method import Program as Program
-from trajopt.optimise.methods.method import SupportsEarlyStop as SupportsEarlyStop
+from trajopt.optimise.methods.method import SupportsEffort as SupportsEffort
 from trajopt.optimise.methods.method import SupportsImprovement as SupportsImprovement
-from trajopt.optimise.methods.method import SupportsNearSeeds as SupportsNearSeeds
 from trajopt.optimise.methods.registry import METHODS as METHODS
 from trajopt.optimise.methods.registry import Choice as Choice
 from trajopt.optimise.methods.registry import choose as choose

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 
 from trajopt.geometry import WorkCounts
 from trajopt.optimise.methods.method import Decoded, Progress, moving_start
-from trajopt.optimise.solvers import HasBriefForm, HasNearForm, Iteration, Solver, SolveResult, Sqp
+from trajopt.optimise.solvers import Effort, HasEfforts, Iteration, Solver, SolveResult, Sqp
 from trajopt.optimise.transcription import KnotsNlp, transcribe, transcribe_covered
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, Printed
@@ -54,12 +54,14 @@ class KnotsProgram(Printed):
 
     Attributes:
         covered: The problem with boxes in place of clouds, which is tried first, if there are any.
+        shares: Shares of the excess margins to try if only margins are violated.
     """
 
     counts: WorkCounts
     solver: Solver
     covered: KnotsNlp | None
     transcribed: Callable[[], KnotsNlp]
+    shares: tuple[float, ...] = SHARES
 
     @cached_property
     def nlp(self) -> KnotsNlp:
@@ -88,7 +90,7 @@ class KnotsProgram(Printed):
         nlp, wide = self.nlp, self.solver.solve(self.nlp, seed, progress=progress)
         solved = wide
         log += wide.log
-        for share in SHARES:
+        for share in self.shares:
             if solved.feasible or not nlp.lacks_margin_only(solved.at):
                 break
             nlp = self.nlp.keeping(share)
@@ -98,13 +100,10 @@ class KnotsProgram(Printed):
             return NarrowResult(solved.status, solved.x, solved.at, tuple(log))
         return replace(wide, log=tuple(log))
 
-    def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        solver = self.solver.near() if isinstance(self.solver, HasNearForm) else self.solver
-        return replace(self, solver=solver, transcribed=lambda: self.nlp).solve(seed, progress=progress)
-
-    def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        solver = self.solver.brief() if isinstance(self.solver, HasBriefForm) else self.solver
-        return solver.solve(self.nlp, seed, progress=progress)
+    def with_effort(self, effort: Effort) -> "KnotsProgram":
+        solver = self.solver.with_effort(effort) if isinstance(self.solver, HasEfforts) else self.solver
+        same = replace(self, solver=solver, transcribed=lambda: self.nlp)
+        return replace(same, covered=None, shares=()) if effort is Effort.BRIEF else same
 
     def decode(self, solved: SolveResult) -> tuple[Decoded]:
         nlp, narrow = self.covered or self.nlp, isinstance(solved, NarrowResult)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar, runtime_checkable
 
 from trajopt.geometry import WorkCounts
-from trajopt.optimise.solvers import Iteration, SolveResult
+from trajopt.optimise.solvers import Effort, Iteration, SolveResult
 from trajopt.optimise.transcription.motion_nlp import MotionNlp
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
@@ -74,20 +74,11 @@ class NlpProgram(Printed, Generic[N_co]):
 
 
 @runtime_checkable
-class SupportsEarlyStop(Protocol):
-    """A program whose solver can stop early, to find the promising ones of many seeds."""
+class SupportsEffort(Protocol):
+    """A program whose solver can do less for a seed."""
 
-    def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Take a few steps from a seed; see `Program.solve`."""
-        ...
-
-
-@runtime_checkable
-class SupportsNearSeeds(Protocol):
-    """A program whose solver does less from a seed that is nearly a solution."""
-
-    def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a solution of a similar problem; see `Program.solve`."""
+    def with_effort(self, effort: Effort) -> Program:
+        """Return the program whose `solve` does this work."""
         ...
 
 

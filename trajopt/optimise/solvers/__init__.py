@@ -1,8 +1,8 @@
 """Solvers of an `Nlp`; they know no robot and no scene."""
 
 from trajopt.optimise.solvers.chomp import Chomp as Chomp
-from trajopt.optimise.solvers.solver import HasBriefForm as HasBriefForm
-from trajopt.optimise.solvers.solver import HasNearForm as HasNearForm
+from trajopt.optimise.solvers.solver import Effort as Effort
+from trajopt.optimise.solvers.solver import HasEfforts as HasEfforts
 from trajopt.optimise.solvers.solver import Iteration as Iteration
 from trajopt.optimise.solvers.solver import Solver as Solver
 from trajopt.optimise.solvers.solver import SolveResult as SolveResult

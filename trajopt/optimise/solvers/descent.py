@@ -1,6 +1,7 @@
 """Descents of the SQP: steps that reduce cost plus penalty times violation."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -64,14 +65,29 @@ class DescentLimits:
     Attributes:
         steps: Steps at most, over all descents of a run.
         relative_gain: Least predicted reduction of the merit by a step, as a share of it.
+        window: Last steps, whose rate must make the constraints hold within the steps that are left; None if
+            no seed is given up.
     """
 
     steps: int
     relative_gain: float
     absolute_gain: float
+    window: int | None = None
 
     def enough(self, merit: float) -> float:
         return max(self.relative_gain * merit, self.absolute_gain)
+
+    def hopeless(self, violations: Sequence[float], tolerance: float, left: int) -> bool:
+        """Whether the violation would not fall to the tolerance in time, if it fell at the last steps' rate.
+
+        Args:
+            violations: After each step on the same samples.
+            left: Steps that are left.
+        """
+        if self.window is None or len(violations) <= self.window or violations[-1] <= tolerance:
+            return False
+        now, before = violations[-1], violations[-1 - self.window]
+        return bool(now * (now / before) ** (left / self.window) > tolerance)
 
 
 @dataclass(eq=False)
@@ -81,6 +97,7 @@ class Descent(ABC):
     Attributes:
         fine: Whether samples have their final density; on coarser ones a descent ends as soon as all
             constraints hold.
+        before: Steps on earlier samples.
     """
 
     nlp: Nlp
@@ -91,6 +108,17 @@ class Descent(ABC):
     fine: bool = False
     failures: int = 0
     log: list[SqpStep] = field(default_factory=list[SqpStep])
+    before: int = 0
+
+    @property
+    def violations(self) -> list[float]:
+        """After each step on the present samples."""
+        return [step.violation for step in self.log[self.before :]]
+
+    @property
+    def left(self) -> int:
+        """Steps that are left."""
+        return self.limits.steps - len(self.log)
 
     @property
     @abstractmethod
@@ -119,12 +147,11 @@ class Descent(ABC):
     def linearised(self) -> Linearisation:
         """Return everything at the point."""
 
-    def refine(self) -> bool:
+    def refine(self) -> None:
         needed = np.maximum(self.sampling, self.nlp.sampling(self.x, fine=True))
-        if (needed == self.sampling).all():
-            return False
-        self.begin(self.x, needed)
-        return True
+        if (needed > self.sampling).any():
+            self.begin(self.x, needed)
+            self.before = len(self.log)
 
     def note(self, entry: SqpStep) -> None:
         self.log.append(entry)
@@ -134,6 +161,10 @@ class Descent(ABC):
     def result(self, status: SolverStatus) -> SolveResult:
         at = self.linearised()
         return SolveResult(status, at.x, at, tuple(self.log))
+
+
+def loosest(at: Linearisation) -> float:
+    return max((block.tolerance for block in at.constraints), default=0.0)
 
 
 def merit(at: Linearisation, penalty: float) -> float:
@@ -167,14 +198,14 @@ class StepwiseDescent(Descent):
 
     def descend(self) -> SolverStatus:
         """Take steps until none is predicted to reduce the merit enough."""
-        nlp, moves = self.nlp, self.nlp.lower < self.nlp.upper
+        nlp, limits, moves = self.nlp, self.limits, self.nlp.lower < self.nlp.upper
         program = self.steps.program(moves, self.at, self.penalty)
-        while len(self.log) < self.limits.steps:
+        while self.left > 0:
             at, region = self.at, self.region
             now = merit(at, self.penalty)
             if not np.isfinite(now):
                 return SolverStatus.NON_FINITE
-            enough = self.limits.enough(now)
+            enough = limits.enough(now)
             box = region.radius * nlp.scale
             lower, upper = np.maximum(-box, nlp.lower - at.x), np.minimum(box, nlp.upper - at.x)
             step = program.solve(lower, upper, ACCURACY * enough)
@@ -194,6 +225,8 @@ class StepwiseDescent(Descent):
             self.note(self._entry(accepted, program, step))
             if accepted and self.at.feasible and not self.fine:
                 return SolverStatus.CONVERGED
+            if not self.at.feasible and limits.hopeless(self.violations, loosest(self.at), self.left):
+                return SolverStatus.GIVEN_UP
             if self.region.collapsed:
                 return SolverStatus.TRUST_REGION_COLLAPSED
             if accepted:

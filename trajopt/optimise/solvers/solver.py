@@ -20,6 +20,16 @@ class SolverStatus(Enum):
     TRUST_REGION_COLLAPSED = "the trust region shrank to nothing before constraints held"
     QP_FAILED = "the QP backend failed at every step size"
     NON_FINITE = "a residual or its derivative was not a finite number"
+    GIVEN_UP = "at the rate of the last steps the constraints would not hold in time"
+
+
+class Effort(Enum):
+    """Work that a solver does for one seed; each value is a description."""
+
+    FULL = "until no step is worth taking"
+    TENTATIVE = "given up if the constraints would not hold in time at the rate of the last steps"
+    BRIEF = "enough steps to recognise a promising seed"
+    NEAR = "less polishing, because the seed solved a similar problem"
 
 
 @dataclass(frozen=True)
@@ -144,20 +154,11 @@ class Solver(Protocol):
 
 
 @runtime_checkable
-class HasNearForm(Protocol):
-    """A solver with a variant for seeds that solved a similar problem."""
+class HasEfforts(Protocol):
+    """A solver that can do less for a seed."""
 
-    def near(self) -> Solver:
-        """Return the solver for seeds that are nearly solutions."""
-        ...
-
-
-@runtime_checkable
-class HasBriefForm(Protocol):
-    """A solver with a variant that takes few steps."""
-
-    def brief(self) -> Solver:
-        """Return the solver with enough steps to recognise a promising seed."""
+    def with_effort(self, effort: Effort) -> Solver:
+        """Return the solver with the options for this effort."""
         ...
 
 

@@ -23,7 +23,14 @@ from trajopt.optimise.solvers.descent import (
     TrustRegion,
 )
 from trajopt.optimise.solvers.parts import Block, CompilableNlp, CompiledProgram
-from trajopt.optimise.solvers.solver import Patient, Progress, SolveResult, SolverStatus, SqpStep
+from trajopt.optimise.solvers.solver import (
+    Effort,
+    Patient,
+    Progress,
+    SolveResult,
+    SolverStatus,
+    SqpStep,
+)
 from trajopt.optimise.solvers.subproblem import NAME, REGULARISATION, BandedSteps, StepProgram, StepSolver
 from trajopt.values.arrays import Bools, Floats, Ints, above_zero, at_least
 from trajopt.values.errors.arguments import check_arguments, checked
@@ -76,7 +83,12 @@ NEAR_GAIN = 0.03
 """Relative gain below which a seed that is nearly a solution is left unchanged. This is one or two
 hundredths of the travel.
 """
-FINAL = {SolverStatus.MAX_ITERATIONS, SolverStatus.QP_FAILED, SolverStatus.NON_FINITE}
+FINAL = {
+    SolverStatus.MAX_ITERATIONS,
+    SolverStatus.QP_FAILED,
+    SolverStatus.NON_FINITE,
+    SolverStatus.GIVEN_UP,
+}
 """Endings after which no other penalty weight is tried."""
 
 
@@ -97,6 +109,8 @@ class Sqp:
         refines: Whether a point has to hold all constraints on many samples too; else the caller checks
             between the samples.
         fine_first: Whether the first samples have the final density, for seeds that are nearly solutions.
+        gives_up: Whether a seed is given up if, at the rate of the last quarter of `max_iterations`, its
+            constraints would not hold within the steps that are left.
     """
 
     qp: str = AUTO
@@ -109,6 +123,7 @@ class Sqp:
     until_feasible: bool = False
     refines: bool = True
     fine_first: bool = False
+    gives_up: bool = False
     trust_region: TrustRegion = field(default_factory=TrustRegion)
 
     def __post_init__(self) -> None:
@@ -120,11 +135,21 @@ class Sqp:
     def name(self) -> str:
         return "sqp" if self.qp == AUTO else f"sqp-{self.qp}"
 
-    def brief(self) -> "Sqp":
-        return replace(self, max_iterations=ceil(self.max_iterations / 4))
+    @checked
+    def with_effort(self, effort: Effort) -> "Sqp":
+        match effort:
+            case Effort.FULL:
+                return self
+            case Effort.TENTATIVE:
+                return replace(self, gives_up=True)
+            case Effort.BRIEF:
+                return replace(self, max_iterations=self._few)
+            case Effort.NEAR:
+                return replace(self, fine_first=True, relative_gain=max(self.relative_gain, NEAR_GAIN))
 
-    def near(self) -> "Sqp":
-        return replace(self, fine_first=True, relative_gain=max(self.relative_gain, NEAR_GAIN))
+    @property
+    def _few(self) -> int:
+        return ceil(self.max_iterations / 4)
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve on coarse samples until the constraints hold, then on fine ones."""
@@ -136,9 +161,11 @@ class Sqp:
         while True:
             status = run.descend()
             if run.feasible:
-                # Steps are compared on equal samples; whether these are enough is checked at the end.
-                refined = self.refines and run.refine()
-                enough = run.feasible if self.until_feasible else run.fine and not refined
+                # Steps are compared on equal samples; whether these are enough is checked at the end. More
+                # samples only add rows: a point that still holds them all needs no other descent.
+                if self.refines:
+                    run.refine()
+                enough = run.feasible and (self.until_feasible or run.fine)
                 if status in FINAL:
                     return run.result(status)
                 if enough:
@@ -160,7 +187,8 @@ class Sqp:
         if isinstance(nlp, Restartable):
             nlp.restart()
         steps = step_solver(self.qp)
-        limits = DescentLimits(self.max_iterations, self.relative_gain, self.absolute_gain)
+        window = self._few if self.gives_up else None
+        limits = DescentLimits(self.max_iterations, self.relative_gain, self.absolute_gain, window)
         run = native_descent(self.qp, nlp, sampling, limits, progress, self.trust_region, self.penalty)
         if run is None:
             run = StepwiseDescent(nlp, limits, progress, self.trust_region, self.penalty, steps=steps)
@@ -178,6 +206,7 @@ ENDINGS = (
     SolverStatus.TRUST_REGION_COLLAPSED,
     SolverStatus.QP_FAILED,
     SolverStatus.NON_FINITE,
+    SolverStatus.GIVEN_UP,
 )
 """How a descent ended, in the order of the core."""
 
@@ -241,9 +270,11 @@ class NativeDescent(Descent):
             accuracy=ACCURACY,
             regularisation=REGULARISATION,
             qp_iterations=BandedSteps().max_iterations,
-            steps=self.limits.steps - len(self.log),
+            steps=self.left,
             failures=QP_FAILURES,
             until_feasible=not self.fine,
+            window=self.limits.window or 0,
+            violations=self.violations,
         )
         with self._counting() as count:
 
