@@ -12,6 +12,7 @@ import pytest
 import trajopt as to
 from tests.problem.requirements.kind import kinds
 from tests.robot.test_robot import tetrahedron
+from trajopt.optimise.solvers import Effort
 from trajopt.optimise.terms import Velocity
 from trajopt.simulation import Layout, SimulationOptions
 from trajopt.tasks import MoveTo
@@ -144,7 +145,7 @@ def steps_of_a_motion(folder: Path) -> dict[str, Sound]:
         ),
         "plan_once": Sound(
             to.plan_once,
-            {"problem": problem, "seed": seed, "method": "sqp", "waypoint_knots": (), "brief": False},
+            {"problem": problem, "seed": seed, "method": "sqp", "waypoint_knots": (), "effort": Effort.FULL},
         ),
         "render": Sound(
             to.render,
