@@ -2,7 +2,7 @@
 
 python -m benchmarks.proof_mutations [--count 100000] [--kept FILE] [--page FILE]
 
-Five small proofs are changed in twelve ways. A changed file that the checker accepts is false if scipy, Coal
+Six small proofs are changed in twelve ways. A changed file that the checker accepts is false if scipy, Coal
 and Pinocchio refute its statement at one of 100 times. Blocks of mutations are stored, and not repeated by a
 later call. The fast kernel checks each file too.
 """
@@ -76,6 +76,17 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
     start, goal = (-1.1, 0.3), (-0.1, 0.5)
     at = to.position_in_region("tool", to.Sphere(0.05), to.placement((0.86, 0.11, 0.12)))
     placed = to.frame_placement("tool", to.placement((0.85853, 0.15478, 0.14), rpy=(0.0, 0.0, 0.4)))
+    along = to.placement((0.6, -0.4, 0.14), rpy=(0.0, 0.0, -0.2))
+    rotation = (1e-5, 1e-5, 1.5)
+    held = to.frame_placement("tool", along, position_tolerance=(0.8, 0.8, 1e-5), rotation_tolerance=rotation)
+    seen = to.frame_placement(
+        "base_link",
+        along.inverse(),
+        reference="tool",
+        position_tolerance=(0.9, 0.9, 1e-5),
+        rotation_tolerance=rotation,
+    )
+    later = to.during(to.joint_positions({"joint1": -0.35}, tolerance=0.26), after="half")
     for name, scene, asked in (
         ("past objects", floor, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),
         ("axes and speed", bare, {"goal": (at, to.axis_alignment("tool", tolerance=0.1)),
@@ -84,6 +95,11 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
                                   "tool_speed": to.tool_speed("tool", linear=1.8)}),
         ("placement", post, {"goal": placed}),
         ("among moving objects", moved, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),
+        ("held", bare, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True))),
+                        "constraints": (held, seen, later),
+                        "waypoints": {"half": to.joint_positions({"joint1": -0.6})},
+                        "tool_speed": to.tool_speed("tool", linear=1.8, steady=0.95),
+                        "dwell": 0.2, "finish_by": 1.3}),
         ("past clouds", measured, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),
     ):  # fmt: skip
         yield to.Problem(scene=scene, start=list(start), name=name, **asked), direct(start, goal, 1.2)

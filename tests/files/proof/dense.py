@@ -124,7 +124,7 @@ def _unmet(statement: Document, times: Numbers) -> Iterator[str]:
             yield f"{each['kind']} is not met"
 
 
-ALWAYS = ("tool speed", "held placement", "rest")
+ALWAYS = ("tool speed", "held placement", "rest", "steady speed")
 
 
 def _restless(statement: Document, rule: Document, times: Numbers) -> Numbers:
@@ -136,6 +136,17 @@ def _restless(statement: Document, rule: Document, times: Numbers) -> Numbers:
     return np.array(
         [late, 0.0 if statement["ends"]["rests"] else np.inf, *(speeds.ravel() - statement["ends"]["speed"])]
     )
+
+
+def _unsteady(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    """Return by how much a speed is too low, and the way outside of its span too long."""
+    step, inner = 1e-5, times[1:-1]
+    ends = [_posed(statement, rule["place"], inner + side)[1] for side in (-step, step)]
+    speed = np.linalg.norm(ends[1] - ends[0], axis=1) / (2.0 * step)
+    inside = (inner >= rule["since"]) & (inner <= rule["until"])
+    low = rule["least"] - statement["excess"] - 1e-6 - speed[inside] * (1.0 + 1e-6)
+    share = speed[inside].sum() / max(speed.sum(), 1e-12)
+    return np.array([*low, 0.45 - share])
 
 
 def _off_range(statement: Document, rule: Document, times: Numbers) -> Numbers:
@@ -221,6 +232,7 @@ EXCEEDED: dict[str, Callable[[Document, Document, Numbers], Numbers]] = {
     "cloud": _outside_parts,
     "held placement": _misplaced,
     "rest": _restless,
+    "steady speed": _unsteady,
 }
 """Kinds of requirements -> by how much each is exceeded at times."""
 

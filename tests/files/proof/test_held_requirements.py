@@ -156,3 +156,28 @@ def test_an_object_that_comes_during_the_dwell_needs_leaves(tmp_path: Path, chec
     part = next(part for part in proof.statement["parts"] if part["owner"] == "late")
     part["place"]["translation"] = [0.6, 0.75, 0.14]
     assert "late" in checker.fault(proof.write(tmp_path / "x.proof"))
+
+
+def steady(statement: Document) -> Document:
+    (rule,) = of_kind(statement, "steady speed")
+    return rule
+
+
+UNSTEADY: dict[str, Callable[[Document], object]] = {
+    "a ramp counts": lambda rule: rule.update(since=0.0),
+    "a higher speed": lambda rule: rule.update(least=1.01 * rule["least"]),
+    "less than half of the way": lambda rule: rule.update(until=0.55),
+    "a span of no time": lambda rule: rule.update(since=0.6, until=0.6),
+    "a point at rest": lambda rule: rule["place"].update(joint=0),
+}
+
+
+@pytest.mark.parametrize("change", UNSTEADY)
+def test_a_steady_speed_is_proven_over_half_of_the_way(change: str, tmp_path: Path, checker: Checker) -> None:
+    limited = to.tool_speed("tool", linear=2.2, steady=0.5)
+    proof = proven(kept(tool_speed=limited), tmp_path / "x.proof")
+    rule = steady(proof.statement)
+    assert rule["least"] == pytest.approx(1.1)
+    assert 0.0 < rule["since"] < 0.6 < rule["until"] < 1.2
+    UNSTEADY[change](rule)
+    assert "over half of the way" in checker.fault(proof.write(tmp_path / "x.proof"))

@@ -46,6 +46,10 @@ UNMET: dict[str, Callable[[Document], object]] = {
     "frame placement": lambda each: each["goal"].update(rotation=[1.0, 0.0, 0.0, 0.0]),
     "tool speed": lambda each: each.update(limit=0.3),
     "torque": lambda each: each["limits"].__setitem__(0, [0, 0.01]),
+    "held placement": lambda each: each.update(position=[0.01, 0.01, 0.01]),
+    "part": lambda each: each.update(since=0.0),
+    "rest": lambda each: each.update(since=0.5),
+    "steady speed": lambda each: each.update(least=1.0),
     "cloud": lambda each: each["inside"][-1][1][0].__setitem__(2, 9.0),
     "waypoint": lambda each: each.update(time=each["time"] + 0.1),
 }

@@ -22,11 +22,14 @@ from trajopt.values.arrays import Bools, Floats
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere
 from trajopt.values.trajectory import Interpolation
+from trajopt.verify.checks.tool_speed import SAMPLES
 from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import PointMotion, RelativeMotion
 
 Shown = Callable[[Floats, Floats], Bools]
 """Returns whether the checker can show a requirement in intervals, given by begin and end, (c,) each."""
+TIGHT = 0.02
+"""In the intervals of a steady speed it is known within this share of the limit."""
 MARGIN = 1.1
 """Bounds of paths are taken this much larger: the checker's own differ a little."""
 
@@ -39,12 +42,14 @@ class RequirementRecord:
         shown: Finds intervals; None for one of the end alone.
         shortest: Shorter intervals are not cut for its sake [s].
         words: Names it if it cannot be shown, and is only judged.
+        times: Moments that the grid must have [s].
     """
 
     document: Document
     shown: Shown | None = None
     shortest: float = 2e-4
     words: str = ""
+    times: tuple[float, ...] = ()
 
 
 @singledispatch
@@ -179,31 +184,50 @@ def _(requirement: PositionInRegion, motion: JudgedMotion, *, always: bool) -> R
     return RequirementRecord(document, shown if always else None)
 
 
-def stated_speed(limited: ToolSpeed, motion: JudgedMotion) -> RequirementRecord | None:
-    """Return a limit of a tool's speed as a proof states it; None if it has other limits too."""
-    if np.isfinite(limited.angular) or np.isfinite(limited.steady):
-        return None
+def stated_speeds(limited: ToolSpeed, motion: JudgedMotion) -> list[RequirementRecord | None]:
+    """Return a limit of a tool's speed, and its steadiness, as a proof states them; None without a rule."""
     frame = motion.reduced.anchors.get(limited.frame)
-    if frame is None:
-        return None
+    if frame is None or np.isfinite(limited.angular):
+        return [None]
     point = PointMotion(motion, limited.frame, offset=limited.offset)
-    smooth = motion.trajectory.interpolation is Interpolation.QUINTIC
+    place = placed(frame.joint, Placement(np.eye(3), frame.placement * limited.offset))
+
+    def velocities(begin: Floats, end: Floats) -> tuple[list[Floats], Floats]:
+        changes, length = point.changes(begin, end), end - begin
+        smooth = motion.trajectory.interpolation is Interpolation.QUINTIC
+        off = changes.second[:, 0] * length**2 / 8.0 if smooth else changes.first[:, 0] * length / 2.0
+        return [point.speeds(times)[0] for times in (begin, end)], MARGIN * off
 
     def shown(begin: Floats, end: Floats) -> Bools:
-        speeds = [np.linalg.norm(point.speeds(times)[0], axis=1) for times in (begin, end)]
-        changes, length = point.changes(begin, end), end - begin
-        off = changes.second[:, 0] * length**2 / 8.0 if smooth else changes.first[:, 0] * length / 2.0
-        return np.maximum(*speeds) + MARGIN * off <= limited.linear * SURE
+        sides, off = velocities(begin, end)
+        return np.maximum(*(np.linalg.norm(side, axis=1) for side in sides)) + off <= limited.linear * SURE
 
-    return RequirementRecord(
-        {
-            "kind": "tool speed",
-            "frame": limited.frame,
-            "place": placed(frame.joint, Placement(np.eye(3), frame.placement * limited.offset)),
-            "limit": limited.linear,
-        },
-        shown,
-    )
+    document: Document = {"frame": limited.frame, "place": place}
+    found = [RequirementRecord({"kind": "tool speed", **document, "limit": limited.linear}, shown)]
+    if not np.isfinite(limited.steady):
+        return [*found]
+    least, error = (1.0 - limited.steady) * limited.linear, TIGHT * limited.linear
+    times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
+    speed = np.linalg.norm(point.speeds(times)[0], axis=1)
+    above = times[speed > least]
+    if not len(above):
+        return [*found, None]
+    since, until = float(above[0]), float(above[-1])
+    within = (times >= since) & (times <= until)
+    if speed[~within].sum() + 2.0 * error * len(times) > speed[within].sum():
+        return [*found, None]
+
+    def steady(begin: Floats, end: Floats) -> Bools:
+        (first, last), off = velocities(begin, end)
+        middle = first + last
+        along = [np.einsum("ci,ci->c", side, middle) for side in (first, last)]
+        length = np.maximum(np.linalg.norm(middle, axis=1), 1e-12)
+        reached = np.minimum(*along) / length - off >= least
+        uneven = np.linalg.norm(last - first, axis=1) + 2.0 * off
+        return (reached | (begin < since) | (end > until)) & (uneven <= error)
+
+    stated: Document = {"kind": "steady speed", **document, "least": least, "since": since, "until": until}
+    return [*found, RequirementRecord(stated, steady, times=(since, until))]
 
 
 def _everywhere(begin: Floats, end: Floats) -> Bools:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.files.proof.pairs import Document, Pairs, placed
-from trajopt.files.proof.requirements import RequirementRecord, stated, stated_speed
+from trajopt.files.proof.requirements import RequirementRecord, stated, stated_speeds
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirement import During
 from trajopt.problem.requirements import Requirement
@@ -46,13 +46,18 @@ def asked(problem: Problem, motion: JudgedMotion) -> Asked:
         else:
             found.append((f"goal: {item}", stated(item, motion, always=False)))
     found += [(f"at all times: {item}", stated(item, motion, always=True)) for item in problem.requirements]
-    found += [(f"tool speed: {item}", stated_speed(item, motion)) for item in problem.tool_speeds]
+    found += [
+        (f"tool speed: {item}", record)
+        for item in problem.tool_speeds
+        for record in stated_speeds(item, motion)
+    ]
     if not followed and (problem.finish_by is not None or problem.dwell > 0.0):
         rest: Document = {"kind": "rest", "since": begin, "by": problem.finish_by}
         found.append(("rest", RequirementRecord(rest)))
     judged = [words for words, record in found if record is None]
     records = [replace(record, words=words) for words, record in found if record is not None]
     times, passed, missed = _on_the_way(problem, motion)
+    times += tuple(time for record in records for time in record.times)
     moments = (*times, begin, end) if problem.dwell > 0.0 else times
     return Asked((*records, *passed), (*judged, *missed, *_only_judged(problem, motion)), moments)
 

@@ -30,7 +30,8 @@ ALWAYS: Mapping[str, Rule] = {"held placement": rule_placement.read_held, "tool 
 
 def read_requirement(value: Fields, statement: Statement) -> StatedRequirement:
     others = {"torque": rule_torque.read, "cloud": rule_region.read_cloud, "rest": rule_joints.read_rest}
-    return _read(value, statement, {**OF_THE_END, **ALWAYS, **others, "part": _part, "waypoint": _waypoint})
+    others |= {"steady speed": rule_tool_speed.read_steady, "part": _part, "waypoint": _waypoint}
+    return _read(value, statement, {**OF_THE_END, **ALWAYS, **others})
 
 
 def _read(value: Fields, statement: Statement, rules: Mapping[str, Rule]) -> StatedRequirement:
