@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import trajopt as to
@@ -27,6 +28,7 @@ from trajopt.tasks import (
     DetachObject,
     Dwell,
     Fallback,
+    FollowCurve,
     ForEach,
     MoveObject,
     MoveTo,
@@ -35,6 +37,7 @@ from trajopt.tasks import (
     Task,
     TaskStage,
 )
+from trajopt.tasks.cartesian import Begin, FollowOptions, line
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import NameNotFound, ObjectNotFound, ProblemError
@@ -206,6 +209,37 @@ def test_stages_are_planned_again_when_their_object_is_elsewhere(scene: to.Scene
     assert kinds(supervisor)[-1] is EventKind.COMPLETED
     assert hand.commands.count("grasp 60 mm with 30 N") == 1
     assert where(supervisor, "cup") == pytest.approx(UP.translation, abs=1e-3)
+
+
+def test_interrupted_curve_is_followed_on_from_where_the_arm_stopped(scene: to.Scene) -> None:
+    """The cup, which is picked afterwards, moves while the tool is on the curve."""
+    begin, end = (to.placement((0.45, y, 0.35), rpy=(3.14159265, 0.0, 0.0)) for y in (-0.15, 0.25))
+    seam = to.follows_curve("panda_hand_tcp", line(begin, end))
+    slow = FollowOptions(begin=Begin.ANY_BRANCH, tool_speed=(to.tool_speed("panda_hand_tcp", linear=0.1),))
+    stages = FollowCurve(seam, options=slow, off=0.03), PickObject("cup", grasps(scene, "cup")[:4])
+    arm, _, supervisor = supervised(task(scene, *stages))
+    elsewhere = scene.move("cup", to.placement((0.5, -0.3, 0.06)))
+    tool: list[tuple[float, Floats]] = []
+    reported: list[float] = []
+
+    def watch(now: float) -> None:
+        at = np.array(scene.robot.positions("ready"))
+        at[scene.robot.index(arm.joint_names)] = arm.state().positions
+        tool.append((now, scene.placement_of("panda_hand_tcp", at).translation))
+        if abs(tool[-1][1][2] - 0.35) < 1e-3 and tool[-1][1][1] > 0.0 and not reported:
+            reported.append(now)
+            supervisor.see(elsewhere)
+
+    drive(arm, supervisor, watch)
+    assert kinds(supervisor)[-1] is EventKind.COMPLETED
+    assert kinds(supervisor).count(EventKind.PLANNED) == 2
+    on = np.array([where for _, where in tool if abs(where[2] - 0.35) < 1e-3])
+    on = on[: int(on[:, 1].argmax()) + 1]
+    assert on[:, 1].min() < -0.14 and on[:, 1].max() > 0.24
+    stopped = next(k for k in range(1, len(on)) if on[k - 1, 1] > 0.0 and on[k, 1] < on[k - 1, 1] + 1e-9)
+    assert on[stopped:, 1].min() > 0.0, "what is done is not done again"
+    assert np.diff(on[:, 1]).min() > -0.01
+    assert np.diff(on[:, 1]).max() < 0.02, "nothing is left out"
 
 
 def test_obstacle_in_the_way_of_the_carried_cup_is_avoided(scene: to.Scene) -> None:

@@ -14,6 +14,7 @@ from trajopt.driving.intended_motion import GuardedGoal
 from trajopt.driving.motion_guard import guard_of
 from trajopt.driving.options import SupervisorOptions
 from trajopt.geometry.geometry import supports
+from trajopt.problem.requirements import FollowsCurve
 from trajopt.scene.clearances import ContactAllowance
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import FORCE, Grasp
@@ -22,13 +23,18 @@ from trajopt.tasks.grasping.stages import PickObject, PlaceObject, SetGripper, h
 from trajopt.tasks.remaining import RemainingStages, flat, is_step_of, objects_of
 from trajopt.tasks.result import TaskResult, TaskSegment
 from trajopt.tasks.search import TaskStage, held_objects
+from trajopt.tasks.stages import FollowCurve
 from trajopt.tasks.task import Task
 from trajopt.timing.time_scaling import JOLT
 from trajopt.values.arrays import Floats, Printed
+from trajopt.values.curve import Places
 from trajopt.values.errors import ProblemError, TrajoptError, shown
+from trajopt.values.placement import Placement
 
 GRIPPER_TIME = 10.0
 """Longest time of a command to the gripper [s]."""
+SAMPLE = 0.02
+"""Time between two places at which the way along a curve is measured [s]."""
 MOVED = 2e-3
 """An object of a remaining stage farther than this from its place in the plan is planned for again [m]."""
 TURNED = 0.02
@@ -125,6 +131,7 @@ class DrivenTask(Printed):
     _allowed: tuple[ContactAllowance, ...] = ()
     _not_before: float = -inf
     _lead: float = 0.0
+    _begun_at: float = 0.0
     _stages: Sequence[TaskStage] = field(init=False)
     _positions: Floats = field(init=False)
     _expected: Scene = field(init=False)
@@ -210,8 +217,40 @@ class DrivenTask(Printed):
             done=() if progress is None else progress.done,
             ahead={} if progress is None else progress.ahead,
             failed=self._failed,
+            followed=self._followed_lengths(),
             absent=self._absent,
         )
+
+    def _followed_lengths(self) -> dict[str, float]:
+        """Return stage -> length along its curve at which the arm comes to rest, if it is on one [m]."""
+        running = self._running
+        if running is None:
+            return {}
+        on = [each for each in flat(self._stages) if isinstance(each, FollowCurve)]
+        return {
+            stage.name: min(self._travelled(stage.curve, running), stage.curve.until)
+            for stage in on
+            if running.stages == (stage.name,)
+        }
+
+    def _travelled(self, required: FollowsCurve, running: TaskSegment) -> float:
+        """Return the length along a curve at the place of the motion that is nearest to its end."""
+        scene, motion = running.scene, running.trajectory
+        latest = min(max(self.commitment.motion.end - self._begun_at, 0.0), motion.duration)
+        times = np.linspace(0.0, latest, 2 + int(latest / SAMPLE))
+        here = self._here()[scene.robot.index(motion.joint_names)]
+        last = int(np.linalg.norm(motion(times) - here, axis=1).argmin())
+        point = Placement(translation=required.offset)
+        seen: list[Placement] = []
+        for time in times[: last + 1].tolist():
+            at = running.positions(time)
+            reference = scene.placement_of(required.reference, at).inverse()
+            seen.append(reference * scene.placement_of(required.frame, at) * point)
+        places = Places(
+            np.array([each.rotation for each in seen]), np.array([each.translation for each in seen])
+        )
+        fixed = required.spin is None and np.isfinite(required.rotation_tolerance)
+        return required.curve.travelled(places, turns=bool(fixed))
 
     def _withdraw(self) -> None:
         """Drop the present motion and the plan."""
@@ -314,7 +353,7 @@ class DrivenTask(Printed):
         goal = GuardedGoal(problem, guard_of(problem, commitment.executor))
         at = max(commitment.motion.end + 2.0 * JOLT, now + self.options.ahead)
         if self.goals.drive(goal, segment.result.require(), at):
-            self._running = segment
+            self._running, self._begun_at = segment, at
             return
         if progress.fresh:
             why = goal.guard.failed_check(segment.trajectory, commitment.world, at)

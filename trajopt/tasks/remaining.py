@@ -12,6 +12,9 @@ from trajopt.tasks.search import Item, StageWithItems, TaskStage, as_items, held
 from trajopt.tasks.stages import Fallback, FollowCurve, ForEach, MoveTo, OneOf, Together, Within
 from trajopt.values.arrays import Floats
 
+SHORT = 1e-3
+"""A shorter rest of a curve counts as followed [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class RemainingStages:
@@ -21,6 +24,7 @@ class RemainingStages:
         done: Names of steps of the plan that are done.
         ahead: Names of steps of the plan that remain -> positions of all joints at their ends [rad | m].
         failed: Stage -> grasps that held nothing.
+        followed: Stage -> length along its curve at which it was interrupted [m].
         absent: Objects that cannot be handled, although the world has them.
         skipped: Missing objects whose items were left out -> why they are missing.
     """
@@ -30,6 +34,7 @@ class RemainingStages:
     done: Collection[str]
     ahead: Mapping[str, Floats]
     failed: Mapping[str, Sequence[Grasp]]
+    followed: Mapping[str, float] = field(default_factory=dict[str, float])
     absent: Collection[str] = ()
     skipped: dict[str, str] = field(default_factory=dict[str, str])
 
@@ -55,7 +60,11 @@ class RemainingStages:
         handled = (isinstance(stage, PickObject) and stage.object in held) or (
             isinstance(stage, PlaceObject) and stage.object not in held
         )
-        if handled:
+        if isinstance(stage, FollowCurve) and stage.name not in self.done:
+            done = self.followed.get(stage.name, 0.0)
+            if stage.curve.until - done >= SHORT:
+                return (replace(stage, curve=stage.curve.after(done)),)
+        if handled or isinstance(stage, FollowCurve):
             return (MoveTo(to_configuration(self.scene, self.group, ends[-1]), name=stage.name),)
         return tuple(self._untouched(stage))
 

@@ -22,6 +22,10 @@ TURN_LENGTH = 1.0 / 3.5
 
 The ratio of MoveIt (`MaxEEFStep`): a step of 1 m corresponds to 3.5 rad.
 """
+NEAR = 1e-3
+"""A frame may be ahead of its place on a curve by this [m]."""
+SHARES = readonly(np.linspace(0.0, 1.0, 17))
+"""Lengths that are compared for each place on the way along a curve, as shares of the way ahead."""
 JOINED = 1e-7
 """Largest gap between consecutive pieces [m | rad]."""
 
@@ -56,6 +60,19 @@ class Piece(Value):
         point = bezier(self.points, u) + np.cos(angle) * self.cosine + np.sin(angle) * self.sine
         turned = Rotation.from_rotvec(bezier(self.turns, u)).as_matrix()
         return Places(self.rotation @ turned, point)
+
+    def after(self, u: float) -> "Piece":
+        """Return the part after a parameter below 1."""
+        angle = self.sweep * u
+        return Piece(
+            readonly(_bezier_after(self.points, u)),
+            self.rotation,
+            readonly(_bezier_after(self.turns, u)),
+            self.length * (1.0 - u),
+            readonly(np.cos(angle) * self.cosine + np.sin(angle) * self.sine),
+            readonly(np.cos(angle) * self.sine - np.sin(angle) * self.cosine),
+            self.sweep * (1.0 - u),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +144,45 @@ class Curve(Value):
         return Placement(readonly(place.rotation[0]), readonly(place.translation[0]))
 
     @checked
+    def after(self, s: float) -> "Curve":
+        """Return the part after a length along the curve [m].
+
+        Raises:
+            ProblemError: If nothing is left.
+        """
+        if not 0.0 <= s < self.length - JOINED:
+            raise ProblemError(f"s must be from 0 to below {in_length(self.length)}, is {in_length(s)}")
+        first = int(np.searchsorted(self.edges, s + JOINED, side="right")) - 1
+        piece = self.pieces[first].after(max(s - float(self.edges[first]), 0.0) / self.pieces[first].length)
+        poses = self.poses[self.poses > s + JOINED] - s
+        return Curve((piece, *self.pieces[first + 1 :]), readonly(np.concatenate(((0.0,), poses))))
+
+    @checked
+    def travelled(self, places: Places, *, turns: bool = True) -> float:
+        """Return the length reached by a frame that follows the curve through places [m].
+
+        It is tracked from the beginning, so that a curve may cross itself or end at its beginning.
+
+        Args:
+            places: From the beginning on, some millimetres apart.
+            turns: Whether rotations count; not if the frame may turn freely.
+        """
+        reached: float = 0.0
+        weight = TURN_LENGTH if turns else 0.0
+        moved = _apart(
+            places.translation[1:] - places.translation[:-1],
+            places.rotation[1:] - places.rotation[:-1],
+            weight,
+        )
+        for k, step in enumerate(moved.tolist(), start=1):
+            ahead: float = min(2.0 * step + NEAR, self.length - reached)
+            lengths = reached + ahead * SHARES
+            here = self(lengths)
+            off = _apart(here.translation - places.translation[k], here.rotation - places.rotation[k], weight)
+            reached = float(lengths[off.argmin()])
+        return reached
+
+    @checked
     def pose_before(self, s: float) -> int:
         """Return the index of the last pose at or before a length [m]."""
         return int(np.searchsorted(self.poses, s + JOINED, side="right")) - 1
@@ -150,6 +206,21 @@ def joined(curves: Sequence[Curve]) -> Curve:
     for curve in curves[1:]:
         whole = whole + curve
     return whole
+
+
+def _apart(translation: Floats, rotation: Floats, weight: float) -> Floats:
+    """Return distances (k,), where turns by small angles count by a weight [m/rad]."""
+    turned = np.linalg.norm(rotation, axis=(1, 2)) / np.sqrt(2.0)
+    return np.linalg.norm(translation, axis=1) + weight * turned
+
+
+def _bezier_after(points: Floats, u: float) -> Floats:
+    """Return the control points of the part after u, by the algorithm of de Casteljau."""
+    last = [points[-1]]
+    while len(points) > 1:
+        points = (1.0 - u) * points[:-1] + u * points[1:]
+        last.append(points[-1])
+    return np.array(last[::-1])
 
 
 def bezier(control: Floats, u: Floats) -> Floats:

@@ -158,3 +158,34 @@ def _bounds_hold(way: Curve, judge: CurvePlaces, begin: float, end: float) -> No
         chord = (1.0 - share) * values[0] + share * values[-1]
         off = np.linalg.norm(values - chord, axis=1).max()
         assert off <= second * length**2 / 8.0 + kink * length / 4.0 + 1e-12
+
+
+@MANY
+@given(seed=st.integers(0, 10**6), share=st.floats(0.0, 0.95))
+def test_the_rest_of_a_curve_is_on_it(seed: int, share: float) -> None:
+    for curve in every_kind(np.random.default_rng(seed)):
+        begin = share * curve.length
+        rest = curve.after(begin)
+        assert rest.length == pytest.approx(curve.length - begin)
+        along = np.linspace(0.0, rest.length, 9)
+        places, same = rest(along), curve(begin + along)
+        np.testing.assert_allclose(places.translation, same.translation, atol=1e-9)
+        np.testing.assert_allclose(places.rotation, same.rotation, atol=1e-9)
+        assert rest.poses[0] == 0.0
+        assert (np.diff(rest.poses) > 0.0).all()
+        with pytest.raises(ProblemError, match="s must be from 0"):
+            curve.after(curve.length)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_the_way_along_a_curve_is_tracked_from_its_beginning(share: float) -> None:
+    """Also on curves that cross themselves, or end where they begin."""
+    eight = [to.placement((0.1 * x, 0.1 * y, 0.3)) for x, y in ((0, 0), (1, 1), (1, 0), (0, 1), (0, 0))]
+    for curve in (
+        *every_kind(np.random.default_rng(3)),
+        polyline(eight),
+        circle(eight[0], radius=0.1, rotation=np.eye(3)),
+    ):
+        reached = share * curve.length
+        lengths = np.linspace(0.0, reached, 2 + int(reached / 0.003))
+        assert curve.travelled(curve(lengths)) == pytest.approx(reached, abs=2e-3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,6 +44,11 @@ class FollowsCurve(Requirement):
     def fraction(self) -> float:
         """Required share of the curve."""
         return self.until / self.curve.length
+
+    @checked
+    def after(self, s: float) -> FollowsCurve:
+        """Return the requirement of the part after a length along the curve [m]."""
+        return replace(self, curve=self.curve.after(s), until=self.until - s)
 
     @property
     def units(self) -> tuple[str, ...]:
