@@ -382,7 +382,8 @@ def finished(path: Path) -> list[dict[str, Any]]:
 def page(blocks: list[dict[str, Any]]) -> str:
     """Return the table of outcomes."""
     columns, rows = (MALFORMED, UNSHOWN, SAME, TRUE, FALSE, CRASH), list[tuple[str, ...]]()
-    totals = {name: sum((Counter(each["found"][name]) for each in blocks), Counter()) for name in KINDS}
+    counts = [each["found"] for each in blocks]
+    totals = {name: sum((Counter(each.get(name, {})) for each in counts), Counter()) for name in KINDS}
     for name, found in {**totals, "all": sum(totals.values(), Counter[str]())}.items():
         rows.append((name, f"{found.total():,}", *(f"{found[column]:,}" for column in columns)))
     both = sum((Counter(each.get("kernels", {})) for each in blocks), Counter[str]())

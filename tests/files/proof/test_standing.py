@@ -8,6 +8,7 @@ import pytest
 
 import trajopt as to
 from tests.files.proof.conftest import requirements_problem
+from tests.files.proof.test_clouds import measured_post, past
 from trajopt.files.proof import StandingMotion, standing
 from trajopt.values.errors import ProblemError
 
@@ -31,6 +32,15 @@ def test_an_object_that_moves_far_away_needs_no_judge(held: StandingMotion) -> N
     assert held.proven_in(scene)
     assert held.proven_in(scene.move("post", to.placement((2.0, 0.3, 0.1))))
     assert held.proven_in(scene.move("post", to.placement((0.65, 0.0, 0.9), rpy=(1.5, 0.2, 0.0))))
+
+
+@pytest.mark.usefixtures("unjudged")
+def test_an_object_may_move_beside_a_cloud() -> None:
+    problem = past(measured_post())
+    scene = problem.scene.add("other", to.Box(0.1, 0.1, 0.1), to.placement((2.0, 0.0, 0.1)))
+    problem = replace(problem, scene=scene)
+    held = StandingMotion(problem, to.plan(problem).require().trajectory)
+    assert held.proven_in(scene.move("other", to.placement((2.0, 0.3, 0.1))))
 
 
 def test_answers_are_those_of_the_judge(held: StandingMotion) -> None:

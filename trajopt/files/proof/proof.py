@@ -247,7 +247,7 @@ def prove(problem: Problem, trajectory: Trajectory) -> MotionProof:
     times = np.union1d(np.union1d(knots, leaves.begin), requirements.times)
     grid = _grid(motion, times, problem.moving_limits)
     documents, judged, grid = _shown(requirements, stated_torque(motion, problem.limits), grid)
-    stated = statement(problem, motion, pairs, documents, (*requirements.judged, *judged))
+    stated = statement(problem, motion, pairs, (*documents, *pairs.clouds), (*requirements.judged, *judged))
     said = json.dumps(stated, allow_nan=False).encode()
     witness = _witness(np.setdiff1d(grid, knots), leaves, grid, len(pairs.pairs))
     data = b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness

@@ -165,7 +165,7 @@ def statement(
         ],
         "excused": [list(row) for row in pairs.excused],
         "contacts": [[*sorted(owners), *map(_finite, span)] for owners, span in pairs.contacts.items()],
-        "requirements": [*requirements, *pairs.clouds],
+        "requirements": list(requirements),
         "judged": [_printable(each) for each in judged],
     }
 
