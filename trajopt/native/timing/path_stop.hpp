@@ -116,7 +116,7 @@ class PathStops {
     double suspect = begin;
     for (const double share : choices_.shares) {
       const Limits limits{acceleration_.data(), jerk_.data(), choices_.ramp, share, choices_.kept};
-      const Braking rows = brake(motion(), limits, begin, choices_.step);
+      const Braking rows = brake(motion(), limits, begin, choices_.step, before - begin);
       known.idle = std::min(known.idle, idle(rows));
       Way way{begin, beats(rows), 0};
       if (way.beats.empty() || way.end() >= before) continue;

@@ -74,11 +74,13 @@ inline std::size_t piece_at(const Motion& motion, double time) {
   return static_cast<std::size_t>(after - motion.times) - 1;
 }
 
-inline Braking brake(const Motion& motion, const Limits& limits, double begin, double step) {
+// Braking from a time on; what is not at rest some time after that is of no use.
+inline Braking brake(const Motion& motion, const Limits& limits, double begin, double step,
+                     double within = std::numeric_limits<double>::infinity()) {
   const double infinity = std::numeric_limits<double>::infinity(), duration = motion.times[motion.pieces];
   Braking found{{begin}, {1.0}, {0.0}};
   double clock = begin, rate = 1.0, slope = 0.0;
-  while (clock < duration) {
+  while (clock < duration && step * static_cast<double>(found.clock.size() - 1) < within) {
     if (slope < 0.0 && -2.0 * rate / slope <= 2.0 * step) {
       found.last = -2.0 * rate / slope;
       break;
