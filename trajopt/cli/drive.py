@@ -269,7 +269,7 @@ def servo(
     told = {
         "duration": arm.now(),
         "contacts": contacts,
-        "events": [{"time": each.time, "kind": each.kind.value, "words": each.words} for each in led.events],
+        "events": [each.as_dict() for each in led.events],
     }
     lines = [*map(str, led.events), *(f"touched: {contact}" for contact in contacts)]
     typer.echo(json.dumps(told) if as_json else "\n".join((*lines, f"led for {arm.now():.2f} s")))

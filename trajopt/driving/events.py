@@ -63,6 +63,10 @@ class Event(Value):
         """Stage and particulars."""
         return ": ".join(filter(None, (self.stage, self.words)))
 
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data for JSON."""
+        return {"time": self.time, "kind": self.kind.value, "words": self.message}
+
     def __str__(self) -> str:
         return f"{self.time:9.3f} s  {': '.join(filter(None, (self.kind.value, self.message)))}"
 

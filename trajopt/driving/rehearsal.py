@@ -114,10 +114,7 @@ class Driven(Value):
                 for stage, times in self.seconds.items()
             },
             "missed_deadlines": self.count(EventKind.MISSED_DEADLINE),
-            "events": [
-                {"time": event.time, "kind": event.kind.value, "words": event.message}
-                for event in self.events
-            ],
+            "events": [event.as_dict() for event in self.events],
         }
 
 

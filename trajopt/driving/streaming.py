@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from threading import Event, Lock, Thread
-from types import TracebackType
 from typing import Protocol, Self
 
 import numpy as np
@@ -163,9 +162,7 @@ class StreamingExecutor:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self._ended.set()
         if self._thread is not None:
             self._thread.join()

@@ -9,7 +9,6 @@ import sys
 import time
 from collections.abc import Awaitable, Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from types import TracebackType
 from typing import Any, TypeAlias, cast
 
 import msgspec
@@ -81,9 +80,7 @@ class Service:
             raise
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *raised: object) -> None:
         await self.close(drain=self.limits.grace)
 
     @checked

@@ -226,16 +226,7 @@ class Rollout(Value):
                 "position": end.position,
                 "rotation": end.rotation,
             },
-            "contacts": [
-                {
-                    "pair": list(contact.pair),
-                    "start": contact.start,
-                    "end": contact.end,
-                    "depth": contact.depth,
-                    "allowance": contact.allowance,
-                }
-                for contact in self.contacts
-            ],
+            "contacts": [{**vars(contact), "pair": list(contact.pair)} for contact in self.contacts],
             "saturated": dict(self.saturated),
             "diverged": self.diverged,
             "notes": list(self.notes),

@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from ctypes.util import find_library
 from dataclasses import dataclass
 from importlib import import_module
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -296,12 +295,7 @@ class Offscreen:
     def __enter__(self) -> "Offscreen":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self._resources.free()
         self._context.free()
 

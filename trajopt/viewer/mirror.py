@@ -59,9 +59,7 @@ class RemoteState(Value):
             "positions": self.positions.tolist(),
             "driven": self.driven,
             "ahead": None if self.ahead is None else self.ahead.tolist(),
-            "events": [
-                {"time": each.time, "kind": each.kind.value, "words": each.message} for each in self.events
-            ],
+            "events": [each.as_dict() for each in self.events],
         }
 
 

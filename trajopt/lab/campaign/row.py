@@ -44,16 +44,7 @@ def row_of(task: CampaignTask, options: Options, shop: Workshop) -> dict[str, An
 
 
 def known(task: CampaignTask) -> dict[str, Any]:
-    return {
-        "id": task.id,
-        "problem_id": task.problem_id,
-        "family": task.family,
-        "number": task.number,
-        "robot": task.robot,
-        "seed": task.seed,
-        "options": task.options,
-        "parameters": dict(task.parameters),
-    }
+    return {name: value for name, value in vars(task).items() if name != "recipe"}
 
 
 def fate_columns(fate: Fate, why: str) -> dict[str, Any]:

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
 from threading import RLock
-from types import TracebackType
 from typing import ParamSpec, Protocol, TypeVar
 
 import numpy as np
@@ -302,12 +301,7 @@ class World:
         self._entered.append(_CURRENT.set(self))
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         try:
             self.node.end()
         finally:

@@ -81,7 +81,7 @@ class SupervisedRun:
             {
                 "time": now,
                 "positions": dict(zip(names, places.tolist(), strict=True)),
-                "events": [{"time": e.time, "kind": e.kind.value, "words": e.words} for e in events],
+                "events": [each.as_dict() for each in events],
             },
             places.tolist(),
         )
@@ -98,7 +98,7 @@ class SupervisedRun:
                 "fault": self._arm.fault(),
                 "contacts": [str(each) for each in self._arm.contacts if each.allowance is None],
                 "positions": dict(zip(names, places.tolist(), strict=True)),
-                "events": [{"time": e.time, "kind": e.kind.value, "words": e.words} for e in events],
+                "events": [each.as_dict() for each in events],
             },
             replace(self._state, positions=places),
         )

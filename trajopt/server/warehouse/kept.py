@@ -92,19 +92,7 @@ class Entry(Value):
 
     def as_dict(self) -> dict[str, object]:
         """Return plain JSON data."""
-        return {
-            "kind": self.kind.name.lower(),
-            "name": self.name,
-            "version": self.version,
-            "made": self.made,
-            "robot": self.robot,
-            "goal": self.goal,
-            "status": self.status,
-            "duration": self.duration,
-            "note": self.note,
-            "tags": list(self.tags),
-            "fingerprint": self.fingerprint,
-        }
+        return {**vars(self), "kind": self.kind.name.lower(), "tags": list(self.tags)}
 
     def __str__(self) -> str:
         parts = [self.kind.name.lower(), shown(self.name), f"version {self.version}", f"robot {self.robot}"]
