@@ -265,7 +265,7 @@ def of_kind(statement: Document, kind: str) -> list[Document]:
 
 
 def _heavy(statement: Document, times: Numbers) -> Iterator[str]:
-    for rule in of_kind(statement, "torque"):
+    for rule in (*of_kind(statement, "torque"), *of_kind(statement, "gravity torque")):
         torque = np.abs(torques(statement, rule, times[1:-1]))
         for coordinate, limit in rule["limits"]:
             if (torque[:, coordinate] > limit * (1.0 + statement["excess"]) + 1e-9).any():
@@ -279,7 +279,9 @@ def torques(statement: Document, rule: Document, times: Numbers) -> Numbers:
     for number, joint in enumerate(statement["joints"]):
         follows[number, joint["coordinate"]] = joint["factor"]
     offset, data = np.array([joint["offset"] for joint in statement["joints"]]), model.createData()
-    state = [motion(times, order) @ follows.T for order in range(3)]
+    state = [
+        motion(times, order) @ follows.T * (order == 0 or rule["kind"] == "torque") for order in range(3)
+    ]
     state[0] = state[0] + offset
     return np.array([pin.rnea(model, data, *each) for each in zip(*state, strict=True)]) @ follows
 

@@ -11,8 +11,9 @@ import pytest
 import trajopt as to
 from benchmarks.proof_mutations import direct
 from tests.files.proof.conftest import Checker, Document, Proof, moving_problem, planar_problem, planned
-from tests.files.proof.dense import of_kind, refuted
+from tests.files.proof.dense import of_kind, refuted, torques
 from trajopt.files.proof import MotionProof, check_proof, save_proof
+from trajopt.problem.problem import named_problem
 from trajopt.problem.requirements import FramePlacement
 
 SWING = direct((-0.6, 0.3), (0.6, 0.3), 1.2)
@@ -181,3 +182,21 @@ def test_a_steady_speed_is_proven_over_half_of_the_way(change: str, tmp_path: Pa
     assert 0.0 < rule["since"] < 0.6 < rule["until"] < 1.2
     UNSTEADY[change](rule)
     assert "over half of the way" in checker.fault(proof.write(tmp_path / "x.proof"))
+
+
+def test_torques_of_gravity_are_proven_at_all_times(tmp_path: Path, checker: Checker) -> None:
+    """With limits near the largest torque of a robot at rest, which is not that of the motion."""
+    proof = planned(named_problem("heavy_payload_panda"), tmp_path / "x.proof")
+    assert check_proof(tmp_path / "x.proof").words.endswith("\nPROVEN")
+    assert proof.statement["judged"] == []
+    (rule,), (moving,) = (of_kind(proof.statement, kind) for kind in ("gravity torque", "torque"))
+    times = np.linspace(0.0, proof.statement["motion"]["times"][-1], 500)
+    largest, of_motion = (
+        np.abs(torques(proof.statement, each, times)).max(axis=0) for each in (rule, moving)
+    )
+    assert np.abs(largest - of_motion).max() > 1.0
+    for coordinate, most in enumerate(largest.tolist()):
+        for limit, holds in ((1.01 * most + 0.02, True), (0.99 * most - 0.02, False)):
+            if limit > 0.0:
+                rule["limits"] = [[coordinate, limit]]
+                assert (checker.fault(proof.write(tmp_path / "x.proof")) == "") is holds

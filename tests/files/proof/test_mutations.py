@@ -50,6 +50,7 @@ UNMET: dict[str, Callable[[Document], object]] = {
     "part": lambda each: each.update(since=0.0),
     "rest": lambda each: each.update(since=0.5),
     "steady speed": lambda each: each.update(least=1.0),
+    "gravity torque": lambda each: each["limits"].__setitem__(0, [0, 0.0]),
     "cloud": lambda each: each["inside"][-1][1][0].__setitem__(2, 9.0),
     "waypoint": lambda each: each.update(time=each["time"] + 0.1),
 }

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.files.proof.leaves import SLACK, SURE
-from trajopt.files.proof.requirements import RequirementRecord
+from trajopt.files.proof.requirements import RequirementRecord, stated
+from trajopt.problem.requirements import GravityTorque
 from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import loaded_model
 from trajopt.values.arrays import Bools, Floats
@@ -29,16 +30,28 @@ OUTWARD, INWARD = "cij,cj->ci", "cji,cj->ci"
 
 def stated_torque(motion: JudgedMotion, limits: JointLimits) -> RequirementRecord | None:
     """Return the torque limits of a motion as a proof states them; None if there are none."""
-    limited, reduced = np.flatnonzero(np.isfinite(limits.effort)), motion.reduced
+    words = f"torque: sampled at {len(inverse_dynamics(motion)[0])} times, not proven"
+    return _stated(motion, limits.effort, still=False, words=words)
+
+
+@stated.register
+def _(requirement: GravityTorque, motion: JudgedMotion, *, always: bool) -> RequirementRecord | None:
+    return _stated(motion, requirement.share * motion.reduced.limits.effort, still=True) if always else None
+
+
+def _stated(
+    motion: JudgedMotion, limits: Floats, *, still: bool, words: str = ""
+) -> RequirementRecord | None:
+    limited, reduced = np.flatnonzero(np.isfinite(limits)), motion.reduced
     if not len(limited):
         return None
-    model, dynamics = loaded_model(reduced), _InverseDynamics(motion)
+    model, dynamics = loaded_model(reduced), _InverseDynamics(motion, still=still)
     loads = [
         [joint, inertia.mass, inertia.lever.tolist(), inertia.inertia[np.triu_indices(3)].tolist()]
         for joint, inertia in enumerate(model.inertias)
         if joint and inertia.mass > 0.0
     ]
-    most = limits.effort[limited] * (1.0 + 0.9 * motion.options.excess)
+    most = limits[limited] * (1.0 + 0.9 * motion.options.excess)
 
     def shown(begin: Floats, end: Floats) -> Bools:
         sides = (np.abs(dynamics.at(begin, time)[:, limited]) for time in (begin, end))
@@ -47,16 +60,16 @@ def stated_torque(motion: JudgedMotion, limits: JointLimits) -> RequirementRecor
 
     return RequirementRecord(
         {
-            "kind": "torque",
+            "kind": "gravity torque" if still else "torque",
             "gravity": model.gravity.linear.tolist(),
             "loads": loads,
             "rotors": model.armature.tolist()
             + [0.0] * (len(motion.among.kinematics.parents) - model.njoints),
-            "limits": [[joint, float(limits.effort[joint])] for joint in limited.tolist()],
+            "limits": [[joint, float(limits[joint])] for joint in limited.tolist()],
         },
         shown,
         SHORTEST_OF_TORQUE,
-        f"torque: sampled at {len(inverse_dynamics(motion)[0])} times, not proven",
+        words,
     )
 
 
@@ -101,8 +114,8 @@ class _Series:
 class _InverseDynamics:
     """Newton's and Euler's equations in plain doubles, as the checker's `inverse_dynamics` has them."""
 
-    def __init__(self, motion: JudgedMotion) -> None:
-        self._motion = motion
+    def __init__(self, motion: JudgedMotion, *, still: bool) -> None:
+        self._motion, self._still = motion, still
         orders = [motion.moving(order) for order in range(4)]
         self._orders = [*orders, orders[-1].derivative()]
         self._model = loaded_model(motion.reduced)
@@ -129,6 +142,8 @@ class _InverseDynamics:
         return 2.0 * (np.abs(found.centre[2]) + found.radius[2])
 
     def _torques(self, state: list[_Series]) -> _Series:
+        if self._still:
+            state = [state[0], state[1].scaled(0.0), state[2].scaled(0.0)]
         model, arm = self._model, self._motion.kinematics
         still = _constant(np.zeros((len(state[0].centre[0]), 3)))
         push = [_Series(still.centre - model.gravity.linear, still.radius)]

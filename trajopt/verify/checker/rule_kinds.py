@@ -25,7 +25,11 @@ OF_THE_END: Mapping[str, Rule] = {
 }
 
 
-ALWAYS: Mapping[str, Rule] = {"held placement": rule_placement.read_held, "tool speed": rule_tool_speed.read}
+ALWAYS: Mapping[str, Rule] = {
+    "held placement": rule_placement.read_held,
+    "gravity torque": rule_torque.read_gravity,
+    "tool speed": rule_tool_speed.read,
+}
 
 
 def read_requirement(value: Fields, statement: Statement) -> StatedRequirement:

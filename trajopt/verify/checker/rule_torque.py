@@ -1,7 +1,11 @@
-"""Rule: the torques of coordinates stay below limits at all times, and at rest at the ends that are at rest.
+"""Rules: the torques of coordinates stay below limits at all times, and at rest at the ends that are at rest.
+
+Torques of gravity are those of a robot at rest.
 
 In each cell of the grid a torque is within its second derivative times h^2/8 of its chord.
 """
+
+from functools import partial
 
 import numpy as np
 from intervals import Interval, down, exactly, up
@@ -12,8 +16,8 @@ from requirement import Bools, StatedRequirement, off_chord
 from statement import MOST_JOINTS, Statement
 
 
-def read(value: Fields, statement: Statement) -> StatedRequirement:
-    """Read the rule: the masses, and limits of coordinates [Nm | N]."""
+def _read(value: Fields, statement: Statement, *, still: bool) -> StatedRequirement:
+    """Read a rule: the masses, and limits of coordinates [Nm | N]."""
     joints, names = statement.joints, statement.curve.coordinates
     load = row(below(len(joints) + 1), size, numbers(3), numbers(6))
     heavy = {"gravity": numbers(3), "loads": every(load, MOST_JOINTS), "rotors": numbers(len(joints))}
@@ -26,8 +30,8 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
     def holds(arm: GridKinematics) -> Bools:
         bounds = arm.motion.bounds
         wide = over_cells(*bounds[:3]), over_cells(*bounds[1:4]), over_cells(*bounds[2:])
-        over = torques(statement, masses, wide)
-        begin, end, at_rest = (torques(statement, masses, state) for state in _states(arm))
+        states = [_at_rest(state) if still else state for state in (wide, *_states(arm))]
+        over, begin, end, at_rest = (torques(statement, masses, state) for state in states)
         kept = np.ones(len(arm.grid) - 1, dtype=np.bool_)
         for coordinate, stated in rows:
             most = down(down(1.0 + statement.excess) * stated)
@@ -39,7 +43,16 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
         return kept
 
     words = ", ".join(f"{names[coordinate]} {stated:g}" for coordinate, stated in rows)
-    return StatedRequirement(f"at all times torques (Nm or N) are at most: {words}", holds)
+    of_gravity = " of gravity" * still
+    return StatedRequirement(f"at all times torques{of_gravity} (Nm or N) are at most: {words}", holds)
+
+
+read, read_gravity = partial(_read, still=False), partial(_read, still=True)
+
+
+def _at_rest(state: State) -> State:
+    none = Series((exactly(np.zeros_like(state[0].terms[0].low)),))
+    return state[0], none, none
 
 
 def _states(arm: GridKinematics) -> list[State]:
