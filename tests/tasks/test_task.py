@@ -230,6 +230,26 @@ def test_a_page_shows_each_motion_in_the_scene_of_its_time(carried: TaskResult) 
         page.close()
 
 
+def test_page_and_report_have_the_cost_of_each_stage_and_the_rejected_ways(
+    cell: to.Scene, tmp_path: Path
+) -> None:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    below, near = MoveTo(over(0.5, 0.0, -0.2), name="below"), MoveTo(over(0.45, 0.1), name="near")
+    found = to.plan(task(cell, Fallback([below, near]), Dwell(0.5, name="<wait>"), MoveTo("ready")))
+    report = write_report(found, tmp_path / "task.html", moving=False).read_text()
+    assert "What was tried" in report and found.causes[0][:30] in report
+    page = to.view(found, port=8191)
+    try:
+        page.show(found.stages[1].begin + 0.1)
+        content = page._text.content
+        for words in ("&lt;wait&gt;", "0.50 s", "mm clear", "Rejected ways", "below"):
+            assert words in content, words
+        marked = [row for row in content.split("<tr") if "font-weight:600" in row]
+        assert len(marked) == 1 and "&lt;wait&gt;" in marked[0]
+    finally:
+        page.close()
+
+
 def test_the_cup_ends_at_its_place_and_friction_alone_carries_it(carried: TaskResult) -> None:
     there = carried.final_scene.placement_of("cup", carried.final_positions)
     np.testing.assert_allclose(there.translation, (0.5, 0.25, 0.06), atol=2e-3)

@@ -261,10 +261,12 @@ class TaskResult(MotionSequence[TaskSegment]):
         return f"{self.status.name}: {next(item for item in self.refusals if item.stage == last)}"
 
     def _details(self) -> tuple[str, tuple[str, ...]]:
-        details = tuple(map(str, self.stages)) if self.verified else self._causes()
+        details = tuple(map(str, self.stages)) if self.verified else self.causes
         return f"{len(self.refusals)} ways", details
 
-    def _causes(self) -> tuple[str, ...]:
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """The rejected ways with their reasons, in words; ways of a stage with the same status together."""
         found: dict[tuple[str, Status], list[StageRefusal]] = {}
         for item in self.refusals:
             found.setdefault((item.stage, item.status), []).append(item)

@@ -154,6 +154,11 @@ class MotionSequence(SavedResult, Generic[Part]):
         raise NotImplementedError
 
     @property
+    def causes(self) -> tuple[str, ...]:
+        """The rejected ways with their reasons, in words."""
+        raise NotImplementedError
+
+    @property
     def final_positions(self) -> Floats:
         """Positions of all joints after, shape (number of joints,) [rad | m]."""
         return self.require()[-1].end

@@ -3,19 +3,20 @@
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol, cast, overload
+from typing import TYPE_CHECKING, Protocol, cast, overload, runtime_checkable
 
 import numpy as np
 
-from trajopt.scene.planned_robot import Planned, model_and_trajectory
+from trajopt.scene.planned_robot import Planned, PlannedMotion, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
+from trajopt.verify.certificate import Certificate
 from trajopt.viewer.clearance import Nearest
-from trajopt.viewer.readout import block_html, clearance_html, joints_html
+from trajopt.viewer.readout import StageRow, block_html, clearance_html, joints_html, stages_html
 from trajopt.viewer.scene_view import SceneView
 from trajopt.viewer.server import Served, open_server
 
@@ -162,6 +163,23 @@ class PlayedPage(Served):
         """Stop following a run that goes on; other pages have nothing to leave."""
 
 
+class JudgedPlan(PlannedMotion[ReducedModel], Protocol):
+    """A plan with its certificate."""
+
+    @property
+    def certificate(self) -> Certificate:
+        """The certificate."""
+        ...
+
+
+class JudgedResult(Protocol):
+    """The planning result of a motion."""
+
+    def require(self) -> JudgedPlan:
+        """Return the plan, or raise the reason why there is none."""
+        ...
+
+
 class PlayedSegment(Protocol):
     """One motion of a task, or of a pick and place, with its rest."""
 
@@ -171,7 +189,7 @@ class PlayedSegment(Protocol):
         ...
 
     @property
-    def result(self) -> Planned[ReducedModel]:
+    def result(self) -> "JudgedResult":
         """The planning result."""
         ...
 
@@ -181,11 +199,41 @@ class PlayedSegment(Protocol):
         ...
 
 
+class PlayedStage(Protocol):
+    """When a stage takes place."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def begin(self) -> float:
+        """Since the start of the task [s]."""
+        ...
+
+    @property
+    def end(self) -> float:
+        """Since the start of the task [s]."""
+        ...
+
+
+@runtime_checkable
 class PlannedSequence(Protocol):
     """Several motions in order: the result of a task, or of a pick and place."""
 
     def require(self) -> Sequence[PlayedSegment]:
         """Return the motions, or raise the reason why there are none."""
+        ...
+
+    @property
+    def stages(self) -> Sequence["PlayedStage"]:
+        """Begin and end of each stage."""
+        ...
+
+    @property
+    def causes(self) -> Sequence[str]:
+        """The rejected ways with their reasons, in words."""
         ...
 
 
@@ -222,10 +270,9 @@ def view(
         ProblemError: If the port cannot be opened on this host.
         ShapeError: If the trajectory moves other joints than the group's.
     """
-    if trajectory is None and not isinstance(motion, ReducedModel) and hasattr(motion, "require"):
-        plan = motion.require()
-        if isinstance(plan, Sequence):
-            return SequenceViewer(open_server(host, port), plan)
+    if trajectory is None and isinstance(motion, PlannedSequence):
+        motion.require()
+        return SequenceViewer(open_server(host, port), motion)
     single = cast("Planned[ReducedModel] | ReducedModel", motion)
     reduced, trajectory = model_and_trajectory("view", single, trajectory, ReducedModel)
     if trajectory.joint_names != reduced.joint_names:
@@ -295,14 +342,16 @@ class Viewer(PlayedPage):
 class SequenceViewer(PlayedPage):
     """A page that shows several motions in order, each in the scene of its time."""
 
-    def __init__(self, server: "GuardedServer", segments: Sequence[PlayedSegment]) -> None:
+    def __init__(self, server: "GuardedServer", sequence: PlannedSequence) -> None:
         from trajopt.simulation.sampled_motion import motion_of
 
         super().__init__(server)
+        segments, self._causes = sequence.require(), sequence.causes
         self._plans = [segment.result.require() for segment in segments]
         self._titles = [segment.title for segment in segments]
         ends = np.cumsum([segment.duration for segment in segments])
         self._begins, self._duration = np.concatenate(([0.0], ends[:-1])), float(ends[-1])
+        self._rows = [self._row(stage) for stage in sequence.stages]
         self._scenes: dict[int, SceneView] = {}
         longest = max(range(len(self._plans)), key=lambda index: self._plans[index].trajectory.duration)
         plan = self._plans[longest]
@@ -317,7 +366,15 @@ class SequenceViewer(PlayedPage):
 
     @property
     def motion(self) -> int:
-        return max(int(np.searchsorted(self._begins, self.time, side="right")) - 1, 0)
+        return self._motion_at(self.time)
+
+    def _row(self, stage: PlayedStage) -> StageRow:
+        index = self._motion_at(0.5 * (stage.begin + stage.end))
+        clearance = self._plans[index].certificate.clearance
+        return StageRow(stage.name, stage.begin, stage.end, clearance)
+
+    def _motion_at(self, t: float) -> int:
+        return max(int(np.searchsorted(self._begins, t, side="right")) - 1, 0)
 
     def _shown(self, index: int) -> SceneView:
         plan = self._plans[index]
@@ -332,9 +389,10 @@ class SequenceViewer(PlayedPage):
         return self._scenes[index]
 
     def _draw(self, t: float) -> None:
-        index = max(int(np.searchsorted(self._begins, t, side="right")) - 1, 0)
+        index = self._motion_at(t)
         plan = self._plans[index]
         since = min(t - float(self._begins[index]), plan.trajectory.duration)
         nearest = self._shown(index).show(since, plan.trajectory(since))
-        self._text.content = block_html(f"Motion {index + 1} of {len(self._plans)}", [self._titles[index]])
+        motion = block_html(f"Motion {index + 1} of {len(self._plans)}", [self._titles[index]])
+        self._text.content = motion + stages_html(self._rows, t, self._causes)
         self._clearance_text.content = clearance_html(nearest)

@@ -1,6 +1,7 @@
 """Texts of the pages, as HTML: clearance, joints, events and planning results."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
@@ -59,6 +60,43 @@ def joints_html(limits: JointLimits, positions: Floats, revolute: tuple[bool, ..
         f'<div style="{_BLOCK}"><b>Joints</b>'
         f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table></div>'
     )
+
+
+@dataclass(frozen=True)
+class StageRow:
+    """A stage of a task: its time, and the least proven clearance of its motion [m]."""
+
+    name: str
+    begin: float
+    end: float
+    clearance: float
+
+
+STAGES, CAUSES = 14, 6
+"""Number of listed stages, around the present one, and of rejected ways."""
+
+
+def stages_html(rows: Sequence[StageRow], now: float, causes: Sequence[str]) -> str:
+    """Return the stages with their steps, the present one marked, and the ways that were rejected."""
+    present = next((k for k, row in enumerate(rows) if now < row.end), len(rows) - 1)
+    first = max(min(present - STAGES // 2, len(rows) - STAGES), 0)
+    lines, above = list[str](), ""
+    for k, row in list(enumerate(rows))[first : first + STAGES]:
+        stage, _, step = row.name.rpartition(": ")
+        if stage and stage != above:
+            lines.append(f'<tr><td colspan="3">{escape(stage)}</td></tr>')
+        above = stage
+        marked = f"color:{hexadecimal(SAFE)};font-weight:600" if k == present else ""
+        clear = f"{in_length(row.clearance)} clear" if np.isfinite(row.clearance) else ""
+        lines.append(
+            f'<tr style="{marked}"><td style="padding-left:{1.0 if stage else 0.0}em">{escape(step)}</td>'
+            f'<td style="text-align:right;padding-left:0.8em">{row.end - row.begin:.2f} s</td>'
+            f'<td style="text-align:right;padding-left:0.8em">{clear}</td></tr>'
+        )
+    table = f'<table style="border-collapse:collapse">{"".join(lines)}</table>'
+    shown = f'<div style="{_BLOCK}"><b>Stages</b>, {rows[-1].end:.2f} s{table}</div>'
+    more = [f"and {len(causes) - CAUSES} more"] if len(causes) > CAUSES else []
+    return shown + (block_html("Rejected ways", [*causes[:CAUSES], *more]) if causes else "")
 
 
 def events_html(events: Sequence[Event], shown: int) -> str:

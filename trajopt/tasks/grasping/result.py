@@ -180,7 +180,12 @@ class PickPlaceResult(MotionSequence[Segment]):
         return f"{self.status.name}: {self.status.value} (no sequence for {shown(self.name)}{stage})"
 
     def _details(self) -> tuple[str, tuple[str, ...]]:
-        return f"{len(self.refusals)} candidates", () if self.verified else tuple(map(str, self.refusals))
+        return f"{len(self.refusals)} candidates", () if self.verified else self.causes
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """The rejected candidates with their reasons, in words."""
+        return tuple(map(str, self.refusals))
 
     def as_dict(self) -> dict[str, object]:
         """Return plain JSON data: the motions with their times, and the rejected candidates."""

@@ -305,7 +305,8 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
 
 def page_of_motions(what: MotionSequence[Any], *, moving: bool) -> str:
     """Return the page of several motions: the whole in 3-D, the cycle times, and the proof of each motion."""
-    found, causes = what.explain(), ""
+    found = what.explain()
+    causes = "".join(f"<li>{escape(cause)}</li>" for cause in what.causes)
     mark = '<b class="good">✓ Proven.</b>' if what.verified else '<b class="bad">✗ No plan.</b>'
     facts = [("robot", what.scene.robot.name), ("group", what.group)]
     parts: list[str] = []
@@ -322,8 +323,7 @@ def page_of_motions(what: MotionSequence[Any], *, moving: bool) -> str:
             section("stages", "Cycle times", times),
             section("proven", "What was proven", sections.proven(what.certificate)),
         ]
-    else:
-        causes = "".join(f"<li>{escape(cause)}</li>" for cause in found.details)
+    if causes:
         parts.append(section("tried", "What was tried", f"<ul>{causes}</ul>"))
     head = _title("task", what.name, f"{mark} {escape(found.reason)}.", facts)
     return _page(what.name, [head, *parts], "", "")
