@@ -14,10 +14,10 @@ from trajopt.robot.loading.groups import ALL_JOINTS
 from trajopt.robot.loading.srdf import Srdf
 from trajopt.robot.loading.urdf import LinkGeometry, Mimic, Urdf, check_count
 from trajopt.values.arrays import Floats, readonly
-from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
 from trajopt.values.documents.files import read_bytes
 from trajopt.values.errors import FileFormatError, ModelError, UnsupportedJoint, listed, shown
 from trajopt.values.placement import Placement, as_rpy, from_quaternion
+from trajopt.values.processes import ProcessRefused, answer_of
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cylinder, Plane, Shape, Sphere, convex
 

@@ -1,7 +1,7 @@
 """Expand a xacro file in a child process that may read its packages and nothing else.
 
 Standard input: a request in JSON; standard output: the URDF or a reason. Expressions of xacro are Python, so
-limits of the operating system bound their effects (`trajopt/values/documents/bounded_child.py`), and an audit
+limits of the operating system bound their effects (`trajopt/values/bounded_child.py`), and an audit
 hook (PEP 578) refuses all other events. Functions without such an event are removed, and expressions may not
 use names that lead to them.
 """

@@ -8,9 +8,9 @@ from math import isfinite
 from pathlib import Path
 from xml.etree import ElementTree
 
-from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
 from trajopt.values.documents.files import DEEPEST, read_bytes
 from trajopt.values.errors import FileFormatError, MissingExtra, shown
+from trajopt.values.processes import ProcessRefused, answer_of
 
 _BLOCK = 65536  # bytes handed to the parser at once
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, indices, number, readonly
 from trajopt.values.arrays import path as path_of
 from trajopt.values.cached import Arrays, cached_arrays
-from trajopt.values.documents.bounded_process import ProcessRefused, answer_of
 from trajopt.values.documents.files import is_file
 from trajopt.values.errors import MeshFileError, ShapeError
 from trajopt.values.errors.arguments import checked
+from trajopt.values.processes import ProcessRefused, answer_of
 
 LARGEST = 1e6
 """Largest coordinate of a vertex [m]; its fourth power does not overflow."""
