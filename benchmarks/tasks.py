@@ -16,7 +16,7 @@ from benchmarks.page import table, write_section
 from trajopt.robot.joints import JointLimits
 from trajopt.tasks import AnyOrder, Dwell, MoveTo, PickObject, PlaceObject, Task, TaskResult, TaskStage
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of, pick_and_place
-from trajopt.tasks.grasping.simulation import Hold, simulate_handling
+from trajopt.tasks.grasping.simulation import Hold
 from trajopt.tasks.tour import Tours, travel_time
 from trajopt.values.arrays import Floats, Ints
 
@@ -238,11 +238,11 @@ def trays(count: int) -> str:
     for row in rows:
         print(*row, sep=" | ", flush=True)
     result = found[-1][1]
-    rolled = [simulate_handling(result.handling(part)) for part in tray.parts]
-    held = sum(one.hold is Hold.HELD for one in rolled)
-    worst = max(one.final_error.position if one.final_error else np.inf for one in rolled)
+    rolled = to.simulate(result)
+    held = sum(one.hold is Hold.HELD for one in rolled.handlings)
+    worst = max(one.final_error.position if one.final_error else np.inf for one in rolled.handlings)
     words = (
-        f"In MuJoCo friction alone carried {held} of {count} parts of the last row to within "
+        f"In one run of MuJoCo friction alone carried {held} of {count} parts of the last row to within "
         f"{1e3 * worst:.2f} mm of their places."
     )
     return table(("rule", "cycle time [s]", "ratio", "CPU [s]"), rows) + f"\n\n{words}"

@@ -241,7 +241,7 @@ def test_page_and_report_have_the_cost_of_each_stage_and_the_rejected_ways(
     page = to.view(found, port=8191)
     try:
         page.show(found.stages[1].begin + 0.1)
-        content = page._text.content
+        content = page._text.content  # pyright: ignore[reportPrivateUsage]
         for words in ("&lt;wait&gt;", "0.50 s", "mm clear", "Rejected ways", "below"):
             assert words in content, words
         marked = [row for row in content.split("<tr") if "font-weight:600" in row]
