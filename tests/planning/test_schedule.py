@@ -1,8 +1,12 @@
 """The schedule is a table: what is tried, in which order, how many of each."""
 
 from itertools import islice, pairwise
+from pathlib import Path
 
-from trajopt.optimise.solvers import Effort
+import trajopt as to
+from tests.planning.walls import wall
+from tests.robots_for_tests import odd_arm
+from trajopt.optimise.solvers import Effort, SolverStatus
 from trajopt.planning.schedule import CYCLE, CYCLES, OPENING, rounds
 from trajopt.planning.seeds import SeedKind
 
@@ -39,3 +43,10 @@ def test_rounds_end_without_a_budget_and_go_on_with_one() -> None:
 
 def test_every_endless_row_is_counted() -> None:
     assert all(row.count is not None for rows in CYCLE for row in rows)
+
+
+def test_a_line_is_given_up_if_another_seed_may_follow(tmp_path: Path) -> None:
+    problem = wall(odd_arm(tmp_path))
+    for attempts, ended in ((1, SolverStatus.MAX_ITERATIONS), (2, SolverStatus.GIVEN_UP)):
+        first = to.plan(problem, budget=to.Budget(attempts=attempts)).attempts[0]
+        assert first.kind is SeedKind.STRAIGHT and first.solver is ended
