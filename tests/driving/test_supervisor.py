@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from benchmarks.execution import STAGES
 from trajopt.driving import EventKind, IdealExecutor, Supervisor
 from trajopt.driving.motion_guard import MotionGuard, guard_of
 from trajopt.driving.world_snapshot import WorldSnapshot
@@ -145,6 +146,7 @@ def test_change_elsewhere_does_not_slow_the_robot(problem: to.Problem) -> None:
         EventKind.STILL_CLEAR,
         EventKind.REACHED,
     ]
+    assert set(supervisor.seconds) <= {*STAGES, "plan ahead"}, "stages of the published table"
 
 
 def test_line_of_sight_is_proven_past_objects_that_begin_to_move(problem: to.Problem) -> None:

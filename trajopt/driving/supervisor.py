@@ -243,7 +243,7 @@ class Supervisor(CommitLoop):
 
     def _judge_again(self) -> None:
         journal = self._commitment.journal
-        with journal.stage("look again"):
+        with journal.stage("re-check"):
             if self._commitment.broken():
                 self._goals.interrupted()
                 with journal.stage("stop"):
