@@ -70,10 +70,17 @@ class Requirement(Value):
         """Its relaxations, tried by remedies and prices; none by default."""
         return ()
 
+    @checked
     def relaxed(
         self, field: str, what: str, largest: float, unit: ShownUnit, *, shrinks: bool = False
     ) -> Relaxation:
-        """Return the relaxation of one field by up to `largest`, for `relaxations`; see `Relaxation`."""
+        """Return the relaxation of one field by up to `largest`, for `relaxations`; see `Relaxation`.
+
+        Raises:
+            ProblemError: If the requirement has no such field.
+        """
+        if not hasattr(self, field):
+            raise ProblemError(f"field: {type(self).__name__} has no {shown(field)}")
         now, sign = float(getattr(self, field)), -1.0 if shrinks else 1.0
 
         def apply(amount: float) -> Requirement:

@@ -149,6 +149,7 @@ class Call(Value):
     name: str = ""
     data: bytes | None = None
 
+    @checked
     def request(self, http: httpx.Client | httpx.AsyncClient) -> httpx.Request:
         """Return it as a request of httpx."""
         return http.build_request(
