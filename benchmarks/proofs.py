@@ -171,7 +171,8 @@ def row(family: str, found: list[Checked]) -> tuple[str, ...]:
         ([1000.0 * each.fast_read for each in good if each.proven_fast], "{:.1f}"),
     )
     numbers = [
-        f"{form.format(float(np.median(values)))} / {form.format(max(values))}" for values, form in columns
+        f"{form.format(float(np.median(values)))} / {form.format(max(values))}" if values else "-"
+        for values, form in columns
     ]
     with_torque, whole = sum(not each.sampled for each in good), sum(each.whole for each in good)
     fast = str(sum(each.proven_fast for each in good))

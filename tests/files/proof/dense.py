@@ -140,13 +140,12 @@ def _restless(statement: Document, rule: Document, times: Numbers) -> Numbers:
 
 def _unsteady(statement: Document, rule: Document, times: Numbers) -> Numbers:
     """Return by how much a speed is too low, and the way outside of its span too long."""
-    step, inner = 1e-5, times[1:-1]
-    ends = [_posed(statement, rule["place"], inner + side)[1] for side in (-step, step)]
-    speed = np.linalg.norm(ends[1] - ends[0], axis=1) / (2.0 * step)
+    inner = times[1:-1]
+    speed, error = _speeds(statement, rule, inner)
     inside = (inner >= rule["since"]) & (inner <= rule["until"])
-    low = rule["least"] - statement["excess"] - 1e-6 - speed[inside] * (1.0 + 1e-6)
+    low = rule["least"] - statement["excess"] - 1e-6 - error[inside] - speed[inside] * (1.0 + 1e-6)
     share = speed[inside].sum() / max(speed.sum(), 1e-12)
-    return np.array([*low, 0.45 - share])
+    return np.array([*low, 0.45 - share - error.max()])
 
 
 def _off_range(statement: Document, rule: Document, times: Numbers) -> Numbers:
@@ -198,10 +197,16 @@ def _misplaced(statement: Document, rule: Document, times: Numbers) -> Numbers:
 
 
 def _too_fast(statement: Document, rule: Document, times: Numbers) -> Numbers:
-    step, inner = 1e-5, times[1:-1]
-    ends = [_posed(statement, rule["place"], inner + side)[1] for side in (-step, step)]
-    speed = np.linalg.norm(ends[1] - ends[0], axis=1) / (2.0 * step)
-    return speed * (1.0 - 1e-6) - rule["limit"] - statement["excess"] - 1e-6
+    speed, error = _speeds(statement, rule, times[1:-1])
+    return speed * (1.0 - 1e-6) - error - rule["limit"] - statement["excess"] - 1e-6
+
+
+def _speeds(statement: Document, rule: Document, times: Numbers) -> tuple[Numbers, Numbers]:
+    """Return speeds of a point by differences, and the largest error by rounding, of a far point."""
+    step = 1e-5
+    ends = [_posed(statement, rule["place"], times + side)[1] for side in (-step, step)]
+    error = 1e-14 * np.abs(ends).max(axis=(0, 2)) / step
+    return np.linalg.norm(ends[1] - ends[0], axis=1) / (2.0 * step), error
 
 
 def _outside_parts(statement: Document, rule: Document, _: Numbers) -> Numbers:

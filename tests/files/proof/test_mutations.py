@@ -73,3 +73,11 @@ def test_the_dense_check_is_not_misled_by_huge_shapes(sound: list[Proof]) -> Non
     late = next(part for part in statement["parts"] if part["owner"] == "late")
     late["shape"]["vertices"][1][2] = 9e11
     assert list(refuted(statement)) == []
+
+
+def test_the_dense_check_is_not_misled_by_far_points(sound: list[Proof]) -> None:
+    """Far up along the arm's axes a point is as fast as below, but its differences are rounded."""
+    statement = copy.deepcopy(sound[1].statement)
+    speed = next(each for each in statement["requirements"] if each["kind"] == "tool speed")
+    speed["place"]["translation"][2] = 9e11
+    assert list(refuted(statement)) == []
