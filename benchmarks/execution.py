@@ -184,7 +184,7 @@ def page(tallies: dict[str, Tally]) -> str:
     return "\n".join(
         (
             f"Problems: {names}; equal seeds for both rows.",
-            "A negative distance: the robot kept farther away than was proven.",
+            "A negative distance: the robot kept farther away than was proven; both are bounds within 1 mm.",
             "",
             table(heads, [[way, *tally.row()] for way, tally in tallies.items()]),
             "",
