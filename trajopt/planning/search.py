@@ -15,7 +15,7 @@ from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.planning.budget import BudgetTracker, Stop, Stopped
 from trajopt.planning.goal_search import Candidate, GoalSearch, attempt
 from trajopt.planning.infeasibility import ClosedCut, closed_cut, never_apart
-from trajopt.planning.infeasibility.reasons import blocks_on_the_way, enclosed, margin_out_of_reach
+from trajopt.planning.infeasibility.reasons import enclosed, margin_out_of_reach, worst_on_the_way
 from trajopt.planning.result import Attempt, Result
 from trajopt.planning.schedule import rounds
 from trajopt.planning.status import Certainty, Status
@@ -220,7 +220,7 @@ def failure_of_all(problem: Problem, first: Result, known: Mapping[str, Result])
 
 def _attempt(number: int, candidate: Candidate, result: Result) -> Attempt:
     solved = result.solve
-    blocks = () if solved is None or result.verified else blocks_on_the_way(result.problem, solved)
+    block = None if solved is None or result.verified else worst_on_the_way(result.problem, solved)
     return Attempt(
         number=number,
         kind=candidate.kind,
@@ -228,7 +228,7 @@ def _attempt(number: int, candidate: Candidate, result: Result) -> Attempt:
         solver=None if solved is None else solved.status,
         message=result.message,
         iterations=0 if solved is None else len(solved.log),
-        block=next(iter(blocks), None),
+        block=block,
         goal_name=candidate.goal_name,
     )
 

@@ -121,37 +121,56 @@ def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple
 
 def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Obstruction, ...]:
     """Return the violated constraints of a solver's result, each at its worst, worst first."""
-    found: dict[tuple[object, ...], tuple[float, Obstruction]] = {}
+    return tuple(_obstruction(problem, block, row) for block, row in _violated(problem, solved))
+
+
+def worst_on_the_way(problem: Problem, solved: SolveResult) -> Obstruction | None:
+    """Return the first of `blocks_on_the_way`, if any."""
+    return next((_obstruction(problem, block, row) for block, row in _violated(problem, solved)), None)
+
+
+def _violated(problem: Problem, solved: SolveResult) -> list[tuple[ConstraintRows, int]]:
+    found: dict[tuple[object, ...], tuple[float, ConstraintRows, int]] = {}
     for block in solved.at.constraints:
-        for row in np.flatnonzero(block.violation > block.tolerance).tolist():
-            amount, kind = float(block.violation[row]), ObstructionKind.REQUIREMENT
-            place = float(block.rows.place[row]) / (problem.knots - 1)
-            subjects, what = (block.name,), f"{block.name} by {in_unit(amount, block.unit_of(row))}"
-            if block.kind is Clearance:
-                kind, subjects = (
-                    ObstructionKind.CONTACT,
-                    problem.reduced.owners(int(block.rows.component[row])),
-                )
-                required = problem.scene.clearance_of(*subjects)
-                bound = f" ({1000 * required:g} mm required)" if required > 0.0 else ""
-                what = f"clearance of {subjects[0]} from {subjects[1]}{bound} by {1000 * amount:.1f} mm"
-            elif block.kind is HoldingTorque:
-                overload = _overload(problem, block, row)
-                kind, subjects, what = ObstructionKind.EFFORT, (overload.joint,), overload.words()
-                amount = overload.excess
-            share = float(block.violation[row]) / block.tolerance
-            key = (block.kind, *subjects)
+        violation = block.violation
+        for row in np.flatnonzero(violation > block.tolerance).tolist():
+            share, key = (
+                float(violation[row]) / block.tolerance,
+                (block.kind, *_subjects(problem, block, row)),
+            )
             if key not in found or found[key][0] < share:
-                blocked = Obstruction(
-                    kind=kind,
-                    subjects=subjects,
-                    amount=amount,
-                    place=place,
-                    words=f"{what} at {place:.0%} of the way",
-                    residual=block.kind,
-                )
-                found[key] = (share, blocked)
-    return tuple(entry[1] for entry in sorted(found.values(), key=lambda entry: -entry[0]))
+                found[key] = (share, block, row)
+    return [(block, row) for _, block, row in sorted(found.values(), key=lambda entry: -entry[0])]
+
+
+def _subjects(problem: Problem, block: ConstraintRows, row: int) -> tuple[str, ...]:
+    if block.kind is Clearance:
+        return problem.reduced.owners(int(block.rows.component[row]))
+    if block.kind is HoldingTorque:
+        return (problem.reduced.joint_names[int(block.rows.component[row])],)
+    return (block.name,)
+
+
+def _obstruction(problem: Problem, block: ConstraintRows, row: int) -> Obstruction:
+    amount, kind = float(block.violation[row]), ObstructionKind.REQUIREMENT
+    subjects, place = _subjects(problem, block, row), float(block.rows.place[row]) / (problem.knots - 1)
+    what = f"{block.name} by {in_unit(amount, block.unit_of(row))}"
+    if block.kind is Clearance:
+        pairs, pair = problem.reduced.pairs, int(block.rows.component[row])
+        kind, required = ObstructionKind.CONTACT, float(pairs.required[pair] - pairs.error[pair])
+        bound = f" ({1000 * required:g} mm required)" if required > 0.0 else ""
+        what = f"clearance of {subjects[0]} from {subjects[1]}{bound} by {1000 * amount:.1f} mm"
+    elif block.kind is HoldingTorque:
+        overload = _overload(problem, block, row)
+        kind, amount, what = ObstructionKind.EFFORT, overload.excess, overload.words()
+    return Obstruction(
+        kind=kind,
+        subjects=subjects,
+        amount=amount,
+        place=place,
+        words=f"{what} at {place:.0%} of the way",
+        residual=block.kind,
+    )
 
 
 def _overload(problem: Problem, block: ConstraintRows, row: int) -> Overload:
@@ -279,7 +298,9 @@ def nowhere_within(message: str) -> str:
 def stuck(problem: Problem, solved: SolveResult) -> str:
     along = any(isinstance(item, FollowsCurve) for item in problem.requirements)
     hint = "; trajopt.tasks.cartesian.follow is made for curves: it takes as many knots as they need" * along
-    return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}{hint}"
+    worst = worst_on_the_way(problem, solved)
+    assert worst is not None, "a result that is stuck violates a constraint"
+    return f"{solved.status.value}; worst is {worst.words}{hint}"
 
 
 def enclosed(problem: Problem, cut: ClosedCut) -> str:
