@@ -16,7 +16,7 @@ from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.trajectory import Trajectory
 
 INSET = 1e-4
-"""Distance from position limits that a motion keeps if the actions do not, as it overshoots where they end
+"""Distance from position limits that a motion keeps if the actions do not, as it overshoots at their end
 [rad | m]: ten times the repeatability of an arm.
 """
 DAMPING = 1e-6
@@ -99,7 +99,6 @@ def _median_jerk(limits: JointLimits) -> float:
 
 
 def inset(targets: Floats, limits: JointLimits) -> Floats:
-    """Move targets (K, n) that are within the position limits inside by `INSET`."""
     inside = (targets >= limits.lower) & (targets <= limits.upper)
     lower, upper = _inset_limits(limits)
     return np.where(inside, np.minimum(np.maximum(targets, lower), upper), targets)

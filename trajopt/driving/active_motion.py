@@ -86,7 +86,6 @@ class ActiveMotion(Printed):
 
     @property
     def coming_rest(self) -> Pause | None:
-        """The rest to which the robot comes if nothing more is committed."""
         return self._state.pause if isinstance(self._state, _Moving) else self._state
 
     @property

@@ -95,7 +95,7 @@ class RtdeReceive(Protocol):
 class UrController:
     """An arm of Universal Robots that follows positions by `servoJ` of ur_rtde.
 
-    Its joints are those of the arm, from the base to the last wrist.
+    Its joints are the arm's, from the base on.
     """
 
     @checked
@@ -115,10 +115,10 @@ class UrController:
             control: `rtde_control.RTDEControlInterface`.
             receive: `rtde_receive.RTDEReceiveInterface`.
             period: Time between commands [s]: 0.002 for e-Series, 0.008 for CB3.
-            lookahead: Time over which the controller smooths the positions, 0.03 to 0.2 [s]; about the
-                delay of the arm.
+            lookahead: Time over which the controller smooths the positions, 0.03 to 0.2 [s]; about the delay
+                of the arm.
             gain: Proportional gain of the controller, 100 to 2000.
-            deceleration: Deceleration of the tool in a stop [m/s^2].
+            deceleration: Of the tool in a stop [m/s^2].
 
         Raises:
             ProblemError: If a number is out of its range.
@@ -169,7 +169,6 @@ class UrController:
             self._control.servoStop(self._deceleration)
 
     def close(self) -> None:
-        """End the control script and the connections."""
         if self._connected():
             self._control.stopScript()
         self._control.disconnect()
@@ -240,7 +239,7 @@ class FrankyRobot(Protocol):
 class FrankaController:
     """An arm of Franka that follows positions by the joint impedance control of franky.
 
-    The control loop of 1 kHz is franky's. Its joints are those of the arm, from the base on.
+    The control loop of 1 kHz is franky's. Its joints are the arm's, from the base on.
     """
 
     @checked
@@ -267,7 +266,6 @@ class FrankaController:
 
         Args:
             realtime: Whether this computer must have a real-time kernel.
-            stiffness: As for the constructor.
 
         Raises:
             MissingExtra: Without franky.

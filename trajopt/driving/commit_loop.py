@@ -1,4 +1,4 @@
-"""Commit loop of supervisor and servo: a robot always bound to a proven motion that ends at rest."""
+"""Commit loop of supervisor and servo."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -51,8 +51,8 @@ class Commitment(Printed):
         world_changed: Whether the motion has not been judged in this world yet.
         constrained: Whether the motion satisfies the path constraints, unlike some stops and the return to
             the path after them.
-        left_path_at: Positions of the driven joints where a stop left a path that satisfied all constraints,
-            shape (n,) [rad | m]; None once such a path is driven again.
+        left_path_at: Positions of the driven joints at which a stop left a path that satisfied all
+            constraints, shape (n,) [rad | m]; None once such a path is driven again.
     """
 
     executor: Executor
@@ -66,7 +66,6 @@ class Commitment(Printed):
 
     @staticmethod
     def at_rest(executor: Executor, problem: Problem) -> "Commitment":
-        """Take over a robot at rest."""
         state = executor.state()
         if np.abs(state.velocities).max() > SETTLED:
             raise ProblemError("the robot is moving; it can be taken over only at rest")

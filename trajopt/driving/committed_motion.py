@@ -155,7 +155,6 @@ class CommittedMotion:
 
     @checked
     def splice(self, trajectory: Trajectory, at: float, *, now: float) -> None:
-        """Replace the motion from a time on, and drop those ended for over `REMEMBERED`."""
         kept = [piece for piece in self._pieces if piece.begin < at]
         current = [number for number, piece in enumerate(kept) if piece.begin <= now - REMEMBERED]
         piece = _Piece(at, trajectory, self.joint_names, self(at)[0])

@@ -36,7 +36,7 @@ GRIPPER_TIME = 10.0
 SAMPLE = 0.02
 """Time between two places at which the way along a curve is measured [s]."""
 MOVED = 2e-3
-"""An object of a remaining stage farther than this from its place in the plan is planned for again [m]."""
+"""Deviation of an object from its planned place above which it is planned for again [m]."""
 TURNED = 0.02
 """The same for its rotation [rad]."""
 
@@ -66,11 +66,10 @@ class _Command:
 
 @dataclass(eq=False)
 class _Progress(Printed):
-    """The plan of the stages that remain, and what of it is done.
+    """The plan of the stages that remain, and its progress.
 
     Attributes:
         next: Index of the next motion.
-        done: Names of the steps that are done.
         fresh: Whether the plan was made in the present world, for the present state.
     """
 
@@ -112,7 +111,6 @@ class DrivenTask(Printed):
 
     Attributes:
         given_up: Whether there is no plan for the stages that remain in the world as last reported.
-        over: Whether all stages are done.
     """
 
     task: Task
@@ -253,7 +251,6 @@ class DrivenTask(Printed):
         return required.curve.travelled(places, turns=bool(fixed))
 
     def _withdraw(self) -> None:
-        """Drop the present motion and the plan."""
         ahead, progress, running = self.goals.withdraw(), self._progress, self._running
         if progress is None:
             return
@@ -367,7 +364,7 @@ class DrivenTask(Printed):
         self._not_before = now + segment.rest
 
     def _here(self) -> Floats:
-        """Return the positions of all joints: those of the fingers as in the plan."""
+        """Return the positions of all joints, the fingers' as in the plan."""
         motion, robot = self.commitment.motion, self.task.scene.robot
         positions = np.array(self._positions)
         positions[robot.index(motion.joint_names)] = motion(inf)[0]
@@ -391,7 +388,6 @@ class DrivenTask(Printed):
         return True
 
     def _update_world(self, scene: Scene) -> None:
-        """Attach, detach and move objects as in the scene of the plan."""
         world, here, before = self.commitment.world, self._here(), self._expected
         model = world.scene
         held, wanted = held_objects(model), held_objects(scene) & set(model.objects)

@@ -9,7 +9,7 @@ from enum import Enum
 from trajopt.values.arrays import Printed, Value
 
 KEPT_TIMES = 100_000
-"""CPU times kept for each stage: half an hour of cycles, enough for one in ten thousand."""
+"""CPU times kept for each stage: half an hour of cycles."""
 
 
 class EventKind(Enum):
@@ -75,7 +75,7 @@ class Journal(Printed):
     """Events, and the CPU time of each stage."""
 
     def __init__(self, now: Callable[[], float]) -> None:
-        """Begin empty; `now` returns the time on the executor's clock [s]."""
+        """`now` returns the time on the executor's clock [s]."""
         self.events = list[Event]()
         self.seconds = dict[str, list[float]]()
         self.task_stage = ""

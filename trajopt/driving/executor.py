@@ -70,7 +70,7 @@ class Executor(Protocol):
         ...
 
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        """Drive a motion from a time on, in place of the motion held so far; return the reason of a refusal.
+        """Drive a motion from a time on, instead of the present one; return the reason of a refusal.
 
         It is refused if it is late, or begins or ends in another state; a refused motion changes nothing.
 

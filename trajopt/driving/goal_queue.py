@@ -44,9 +44,8 @@ class FollowedGoal(Printed):
 
     Attributes:
         target: A frame of the scene for the tool, or a function that returns the goal.
-        tolerance: Additional error of the goal at the end of the motion above which it is replanned [m |
-            rad].
-        hold: Time that the goal must hold while the robot is at rest [s].
+        tolerance: As for `Supervisor.follow_goal` [m | rad].
+        hold: Likewise [s].
         holds_since: Since when it has held [s]; None while it does not.
         begin: When the last planned motion begins: no other is planned before [s].
     """
@@ -103,7 +102,7 @@ class _PlanRequest(Printed):
     Attributes:
         not_before: Time of the next attempt [s]; infinite until the world changes.
         only_sooner: Whether the active motion only waits, and is replaced only by one that ends sooner.
-        lead: Time allowed for a plan from rest, beyond that of the options [s].
+        lead: Time allowed for a plan from rest, beyond the options' [s].
     """
 
     goal: GuardedGoal | None = None

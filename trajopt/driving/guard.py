@@ -40,7 +40,7 @@ SLOWEST, FASTEST = 1.0, 1000.0
 MOST_ACTIONS = 200
 """Most actions of a chunk: 4 s of a policy of 50 Hz."""
 LARGEST = 1e6
-"""Largest position of an action, as of everything in a scene [rad | m]."""
+"""Largest position of an action [rad | m]."""
 REHEARSED = 1e-3
 """Motion of each joint in the rehearsal before the first decision [rad | m]."""
 UNPROVEN = "the motion is not proven to be clear and within the limits"
@@ -87,7 +87,7 @@ class GuardOptions:
         lead: Time for a decision: the motion begins after this time and the executor's latency [s].
         clearance: Distance kept beyond the required clearances by the motion nearest to the actions, for the
             stop after it, which is not straight [m].
-        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s].
+        clock_tolerance: Stamps ahead of the clock by up to this count as now [s].
     """
 
     lead: float = 0.01
@@ -114,10 +114,9 @@ class _Found:
 class Guard(CommitLoop):
     """Drives the actions of a policy, each of them proven before it is driven.
 
-    The executor always holds a motion and a stop, proven as one motion in the world as last reported, for
-    policies that fall silent, and actions that are late, not numbers, or not proven. `act` takes a chunk of
-    actions; `tick` watches robot and world, and goes on with a partly committed chunk. Call `tick` in every
-    control cycle (20 ms).
+    The executor always holds a motion and a stop, proven as one motion in the world as last reported. `act`
+    takes a chunk of actions; `tick` watches robot and world, and goes on with a partly committed chunk. Call
+    `tick` in every control cycle (20 ms).
 
     Attributes:
         problem: Robot, group, scene, limits and path constraints; its goal does not count.
@@ -139,7 +138,6 @@ class Guard(CommitLoop):
 
         Args:
             constraints: Path constraints, beyond limits and clearances.
-            frame: Tool of actions that are poses; the group's own if empty.
         """
         here = dict(zip(executor.joint_names, executor.state().commanded.tolist(), strict=True))
         at_rest = {name: here[name] for name in scene.robot.group(group).joints if name in here}

@@ -25,14 +25,11 @@ SPEED_SCALINGS = (1.0, 0.8, 0.5, 0.25)
 CHANGE_TIMES = (0.05, 0.1, 0.2, 0.4, 0.8)
 """Times that a change of speed may take [s]: from a stop of a light arm to a stop of a heavy one."""
 STEP = 0.01
-"""Time between further points of a change than those of the motion [s]: quintics between them are near enough
-to the
-path.
-"""
+"""Time between points that a change adds [s]: quintics between them are near enough to the path."""
 SMALLEST_STEP = 2e-4
 """Least time between points [s]: between closer ones rounding would act as a jerk."""
 SAMPLES = 400
-"""Samples of a change in which the time is looked up at which the clock shows a value."""
+"""Samples of a change, for the inverse of its clock."""
 
 NEAREST_SAMPLES = 400
 """Samples of a motion among which the one nearest to a rest is searched."""

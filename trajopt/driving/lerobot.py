@@ -158,8 +158,8 @@ class GuardedArm:
         """Take over the executor of a guard, driven by the controller, at `fps` actions per second [Hz].
 
         Raises:
-            ProblemError: If the joints of the motors are not those of the guard's group, or `fps` is not
-                positive.
+            ProblemError: If the joints of the motors differ from the joints of the guard's group, or `fps` is
+                not positive.
         """
         if set(controller.joint_names) != set(guard.problem.reduced.joint_names):
             raise ProblemError(
@@ -176,7 +176,7 @@ class GuardedArm:
         self._columns = [names.index(name) for name in guard.problem.reduced.joint_names]
 
     def observe(self) -> dict[str, Any]:
-        """Return the last observation of the robot; the executor reads one in each tick."""
+        """Return the last observation of the robot."""
         return dict(self._controller.observation)
 
     @checked

@@ -142,7 +142,7 @@ def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: S
 def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
     """Return the guard of a problem whose robot an executor drives, within its tolerance.
 
-    Driven joints outside the group stay where the executor has them, not at the start of the problem.
+    Driven joints outside the group stay at the executor's positions, not at the start of the problem.
     """
     names, driven = problem.reduced.joint_names, executor.joint_names
     for name in names:
@@ -160,8 +160,7 @@ def guard_of(problem: Problem, executor: Executor) -> MotionGuard:
 def guard_within(problem: Problem, joint_names: tuple[str, ...], tolerance: Floats) -> MotionGuard:
     """Return the guard of a problem whose robot follows within a tolerance, shape (n,) [rad | m].
 
-    Joints outside the group count, too: a finger joint that is off by a millimetre moves the fingertip as
-    far.
+    Joints outside the group count, too.
     """
     return MotionGuard(problem, dict(zip(joint_names, tolerance.tolist(), strict=True)))
 

@@ -38,7 +38,7 @@ class SupervisorOptions:
         patience: If a dynamic obstacle blocks the rest of the motion, the path is driven slower or with a
             stop if this ends at most this much later [s]; otherwise the motion is replanned. With 0 it is
             always replanned.
-        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s].
+        clock_tolerance: Stamps ahead of the clock by up to this count as now [s].
     """
 
     cycle: float = 0.02

@@ -1,4 +1,4 @@
-"""Recording of a run, and the logbook that makes one while a robot is driven."""
+"""Recording of a run, and its logbook."""
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
@@ -279,7 +279,7 @@ class Logbook:
 
     @property
     def recording(self) -> Recording:
-        """The recording so far, of at least one sample."""
+        """The recording until now, of at least one sample."""
         return self._recording(0)
 
     @property
@@ -352,11 +352,11 @@ class RecordingFile(Value):
          "group": "panda_arm", "times": {"array": [...], "type": "float64"}, "committed": [...], ...
         }
 
-    The fields are those of `Recording`; `trajopt.values.documents.codec` describes the JSON of values. The
-    robot is not included: a reader has it, or loads it from its source.
+    It has the fields of `Recording`; `trajopt.values.documents.codec` describes the JSON of values. The robot
+    is not included.
 
     Attributes:
-        source: As given to `write_recording`; None if nothing was given.
+        source: As given to `write_recording`; None if none.
     """
 
     robot_name: str

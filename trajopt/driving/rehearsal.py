@@ -1,4 +1,4 @@
-"""Rehearsal: `run` plans and drives a problem or a task in simulation among surprises, and measures it."""
+"""Rehearsal: a problem or a task is planned, driven in simulation, and measured."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -98,7 +98,6 @@ class Driven(Value):
     measured: Trajectory
 
     def count(self, *kinds: EventKind) -> int:
-        """Return the number of events of some kinds."""
         return sum(event.kind in kinds for event in self.events)
 
     def as_dict(self) -> dict[str, object]:
@@ -139,7 +138,7 @@ class RunReport(Driven):
         return self.reached and not self.contacts_at_fault
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data; latencies are percentiles of the CPU time of each stage [s]."""
+        """Return plain data."""
         return {
             "reached": self.reached,
             "clearance_measured": _finite(self.clearance_measured),
@@ -176,7 +175,7 @@ class TaskReport(Driven):
         return self.completed and not self.contacts_at_fault
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data; latencies are percentiles of the CPU time of each stage [s]."""
+        """Return plain data."""
         return {
             "completed": self.completed,
             "objects": {
@@ -459,5 +458,4 @@ def _trajectory(names: tuple[str, ...], samples: list[tuple[float, Floats, Float
 
 
 def _finite(number: float) -> float | None:
-    """Return a number for JSON; None for infinity."""
     return number if isfinite(number) else None

@@ -1,7 +1,6 @@
 """An executor in another process, so that a planner that dies does not affect the robot.
 
-The robot's process calls `attend` repeatedly, the planning process has a `RemoteExecutor`. A request contains
-its number, the name of a method and the arguments; an answer that number, the result and an error message.
+The robot's process calls `attend` repeatedly, the planning process has a `RemoteExecutor`.
 """
 
 from multiprocessing.connection import Connection
@@ -19,10 +18,7 @@ DELAY = 5e-3
 
 
 def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: float = 0.0) -> bool:
-    """Answer all pending requests; return whether the other end of the connection is still open.
-
-    An error of a request is part of its answer.
-    """
+    """Answer all pending requests; return whether the other end of the connection is still open."""
     try:
         while connection.poll(wait):
             number, name, arguments = connection.recv()

@@ -104,7 +104,7 @@ def retime_on_path(
 
 
 def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: Budget) -> Trajectory | None:
-    """Return a motion back to the place where a stop led off a path, or None.
+    """Return a motion back to the place at which a stop left a path, or None.
 
     The motion is proven for limits and clearances; path constraints may not hold on it.
     """

@@ -97,7 +97,7 @@ class ServoOptions:
         turning: Additional factor on the angular part of twists.
         smoothing: Time constant of a low-pass filter on commands; no filter if 0 [s].
         locked: Axes, of the command's frame, on which commands of the tool have no effect.
-        clock_tolerance: A stamp ahead of the executor's clock by no more than this counts as now [s].
+        clock_tolerance: Stamps ahead of the clock by up to this count as now [s].
     """
 
     period: float = 0.004

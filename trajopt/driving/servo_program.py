@@ -66,7 +66,7 @@ class BodySpeeds:
 
 
 PENALTY = 1e4
-"""Penalty of approaching too fast; the cost of a command is 1 if it is not followed."""
+"""Penalty of approaching too fast; ignoring a command costs 1."""
 DAMPING = 1e-6
 """Weight of the joint velocities, each relative to its limit, to decide between equivalent velocities."""
 ACCURACY = 1e-10

@@ -36,8 +36,7 @@ _ACROSS: Floats = np.array(
 class Tool(Value):
     """The tool of a group in a configuration.
 
-    Its Jacobian equals `terms.frame_jacobian`; the slopes of its singular values need no derivative of the
-    whole.
+    Its Jacobian equals `terms.frame_jacobian`.
 
     Attributes:
         linear: Linear velocity of the tool by each joint that carries it, from the base on, shape (k, 3).

@@ -41,8 +41,8 @@ class Fault(Value):
     """A fault of a simulated robot during an interval.
 
     Attributes:
-        begin: Beginning of the interval [s].
-        end: End of the interval [s].
+        begin: Of the interval [s].
+        end: Of the interval [s].
         joint: The joint; empty for lost commands.
         size: Offset of a drift [rad | m].
     """
@@ -80,8 +80,7 @@ also while it pushes the robot."""
 TOLERANCE = 1e-4
 """Stated tracking tolerance of a simulated joint [rad | m]; it follows to within a millionth."""
 DEVIATIONS = 6.0
-"""Bound of normal noise in standard deviations, which one sample in 500 million exceeds: once in months for a
-joint that is measured 50 times per second."""
+"""Bound of normal noise in standard deviations, which one sample in 500 million exceeds."""
 
 
 @checked
@@ -177,9 +176,7 @@ class SimulatedExecutor:
     its time.
 
     Attributes:
-        joint_names: Driven joints: all that do not mimic another, without those of a gripper.
-        tolerance: Largest measured tracking error of each joint, shape (n,) [rad | m].
-        committed: The motion that it holds.
+        joint_names: Driven joints: all that do not mimic another, without a gripper's.
         gripper: Driver of the gripper; None without one.
     """
 

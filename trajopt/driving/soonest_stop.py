@@ -24,8 +24,7 @@ with them.
 MEASURED_AT = (0.5, 1.0)
 """Shares of the unproven stop at which the nearest obstacles are measured."""
 PUSHES = (0.06, 0.1)
-"""Durations of the push away from an obstacle before braking [s]; `benchmarks/unproven_stops.py` counts the
-unproven stops with and without them."""
+"""Durations of the push away from an obstacle before braking [s]."""
 URGENT = 0.3
 """Pairs within this speed of the most urgent one are pushed apart together [m/s]."""
 SAMPLE_TIME = 0.01
@@ -66,7 +65,6 @@ def soonest_stop(
     stays on its path.
 
     Args:
-        world: The world as last reported.
         here: The requirements, with the configuration of the robot at that time.
         ahead: The committed motion from that time; it ends at rest.
         along: The earliest stop on the path of the motion, or None.
@@ -110,7 +108,6 @@ def evading_stops(
     """Yield stops that turn away from obstacles first; none if the robot is too near when they begin.
 
     Args:
-        here: The requirements, with the configuration of the robot at that time.
         stop: A stop that comes too near to an obstacle.
     """
     if not clear_at(guard, world, begin, ahead):

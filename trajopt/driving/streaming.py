@@ -44,10 +44,6 @@ class StreamingExecutor:
 
     `tick` reads the state and sends the position of the committed motion; in a `with` block a thread calls
     it. If the loop ends, a controller holds the last position, which lies on a proven motion.
-
-    Attributes:
-        tolerance: Largest tracking error of each joint, shape (n,) [rad | m].
-        committed: The motion that it holds.
     """
 
     @checked

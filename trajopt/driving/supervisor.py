@@ -39,7 +39,7 @@ class Supervisor(CommitLoop):
     """Drives a robot to goals.
 
     The executor always holds a short piece of the motion and a stop along its path, proven as one motion in
-    the world as last reported. Each cycle splices in the next one where the last one would begin to brake.
+    the world as last reported. Each cycle splices in the next one before the last one brakes.
     """
 
     options: SupervisorOptions = DEFAULT
@@ -121,8 +121,8 @@ class Supervisor(CommitLoop):
         """Go to a moving goal instead of all others; the motion is replanned while it is driven.
 
         Each cycle determines the goal, by the track of its frame at the end of the motion if there is one.
-        The robot comes to rest at the goal, and goes on if that moves away. The other requirements are those
-        of the supervisor's problem.
+        The robot comes to rest at the goal, and goes on if that moves away. The supervisor's problem has the
+        other requirements.
 
         Args:
             goal: A frame of the scene as last reported, to which the tool goes; or a function that returns
@@ -177,8 +177,7 @@ class Supervisor(CommitLoop):
     def recover(self, goal: GoalLike, *, scaling: float = 0.1) -> bool:
         """Clear a fault, and move the robot out of light contact to a goal, slowly.
 
-        The whole motion is judged and committed: pairs in contact separate all the time, then all clearances
-        hold.
+        The whole motion is judged and committed.
 
         Args:
             goal: A goal, as for a problem: "ready".

@@ -18,8 +18,7 @@ drawn from the first nine tenths of the motion, and a later one, at least `NOTIC
 come to rest. The box appears at the first time, at the place of the tip of the group at the second. Its edges
 are drawn from 4 to 12 cm, it is turned about the vertical, and displaced by up to half an edge along each
 axis. It is drawn again while it is within `ROOM_TO_REST` of the robot, or of an attached object, at that
-time, on the way to rest, at the start or at the goal. A supervised robot begins to move up to `BEHIND` late,
-so this time before is included.
+time, on the way to rest, at the start or at the goal.
 """
 
 from collections.abc import Sequence

@@ -36,12 +36,7 @@ class Part(Enum):
 
 
 def kept(every: float, kinds: Mapping[PairKind, float], one: Part, other: Part) -> float:
-    """Return the largest distance stated for a pair of this kind [m].
-
-    Args:
-        every: Default distance [m].
-        kinds: Distances of kinds of pairs that differ [m].
-    """
+    """Return the largest distance stated for a pair of this kind [m]."""
     both = {one, other}
     stated = [PairKind.WORLD] if Part.WORLD in both else []
     if Part.CARRIED in both:
@@ -158,11 +153,7 @@ class AllowedCollisions(Value):
 class ContactAllowance:
     """A temporary intended contact: a part that is lifted off its table touches it at the start.
 
-    Attributes:
-        name: Its purpose, shown in the certificate.
-        depth: Largest accepted penetration [m].
-        first: Contact is accepted during the first seconds of the motion [s].
-        last: Contact is accepted during the last seconds of the motion [s].
+    `Scene.allow_contact` describes the fields.
     """
 
     name: str

@@ -44,11 +44,10 @@ class ModelUncertainty(Value):
 
     @property
     def displaces(self) -> bool:
-        """Whether a body may be away from its place."""
         return bool(self.shift or self.turn or any(self.joints.values()))
 
     def with_joints(self, errors: Mapping[str, float], robot: Robot) -> ModelUncertainty:
-        """Return a copy with further errors of joints [rad | m]; what follows a joint is off with it."""
+        """Return a copy with further errors of joints [rad | m]; joints that follow one are off with it."""
         followers = {
             name: abs(mimic.multiplier) * errors[mimic.source]
             for name, mimic in robot.mimics.items()

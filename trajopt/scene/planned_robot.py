@@ -115,11 +115,7 @@ def model_and_trajectory(
     kind: type[Model],
     argument: str = "motion",
 ) -> tuple[Model, Trajectory]:
-    """Return robot and motion of a plan, or of a reduced model with a trajectory.
-
-    Args:
-        motion: A plan, a result with one or several motions, or a reduced model.
-    """
+    """Return robot and motion of a plan, of a result, or of a reduced model with a trajectory."""
     unless_none("trajectory", trajectory, Trajectory)
     if isinstance(motion, kind):
         if trajectory is None:

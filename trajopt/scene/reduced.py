@@ -57,7 +57,7 @@ class BodyPairs:
     """Pairs of bodies that must keep apart and can move relative to each other.
 
     Attributes:
-        first: Index of the first body of each pair, shape (p,); of the second, which is larger, in `second`.
+        first: Index of the first body of each pair, shape (p,); `second` is larger.
         margin: Clearance that the optimiser aims at, above the required one, shape (p,) [m], read-only.
         required: Required clearance, and the error of the model, shape (p,) [m], read-only.
         error: Of these the part for the model's error, shape (p,) [m], read-only.
@@ -92,7 +92,7 @@ class ReducedModel:
         start: Positions of all joints at the start, shape (number of joints,) [rad | m].
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
-        limits: Respect those of the joints that mimic them.
+        limits: Respect the limits of the joints that mimic them.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         collision_model: Its bodies, and the pairs that must keep apart.
@@ -184,7 +184,6 @@ class ReducedModel:
         return self.bodies[first].owner, self.bodies[second].owner
 
     def attachment(self, name: str) -> tuple[int, Placement]:
-        """Return the joint (0: the world) that carries a frame or object, and its placement there."""
         found = self.anchors.get(name)
         timed = self.timed if found is None else None
         if timed is not None and name in timed.reduced.anchors:

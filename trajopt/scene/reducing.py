@@ -100,7 +100,7 @@ class ReducedRobot:
     """A robot with only one group's joints free.
 
     Attributes:
-        model: Pinocchio's model of the free joints and of those that mimic them; never changed.
+        model: As in `ReducedModel`.
         anchors: Carrying joint and placement of links, tool frames and the world, by name.
         driven: Joints driven by time, which carry dynamic obstacles; None to leave these out.
     """
@@ -281,10 +281,7 @@ def whole_robot(scene: Scene, joints: tuple[str, ...], start: Floats) -> Reduced
 
 
 def timed_model(reduced: ReducedModel) -> TimedModel | None:
-    """Return the timed model of a reduced one; None if its scene is static.
-
-    The last results are cached for each scene.
-    """
+    """Return the timed model of a reduced one; None if its scene is static."""
     scene = reduced.scene
     if not scene.changing:
         return None
@@ -544,8 +541,7 @@ class _Owners:
 def collision_model_of(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     """Fix a scene's bodies to the joints of its reduced robot.
 
-    Dynamic obstacles are included only if the robot has joints driven by time. An edited scene shares the
-    bodies of all unchanged objects with its predecessor, and the pairs if the edit does not affect them.
+    Dynamic obstacles are included only if the robot has joints driven by time.
     """
     return _collision_models(scene).get(robot, lambda: _new_collision_model(scene, robot))
 

@@ -97,7 +97,6 @@ class Scene(Value):
     is fixed on.
 
     Attributes:
-        objects: Objects by id.
         allowed: Pairs that may touch; initially the robot's disabled pairs.
         margin: Default margin of the optimiser [m].
         clearances: Required clearances: no motion is verified that violates them.
@@ -160,7 +159,7 @@ class Scene(Value):
 
     @property
     def frame_names(self) -> tuple[str, ...]:
-        """Names of all links and tool frames, those of the robot first."""
+        """Names of all links and tool frames, the robot's first."""
         return (*self.robot.frame_names, *self.tools)
 
     def holder(self, name: str) -> FrameAttachment:
@@ -282,7 +281,7 @@ class Scene(Value):
     def part(self, name: str) -> Part:
         """Return the role of a link, frame or object.
 
-        Objects on a link that no joint moves belong to the world, and so do links that are fixed beside the
+        Objects on a link that no joint moves belong to the world, and so do links that are fixed next to the
         robot.
 
         Raises:
@@ -327,13 +326,11 @@ class Scene(Value):
         """Add an object.
 
         Args:
-            name: Its id, not used by another object or a frame of the robot.
             shape: One shape, or several with placements in the object's frame (none: a frame without a
                 shape). A mesh is covered by convex pieces unless `meshes` requests the exact triangles.
             placement: Of the object in `frame`; at its origin if None.
             frame: "world", a link or tool frame (the object moves with it), or another object.
             touch_links: Links, objects or frames that may touch it.
-            meshes: How meshes become convex.
             mass: Its mass [kg], spread evenly over its shapes; 0 if unknown. It counts while a joint carries
                 the object.
             motion: Motion of its frame in the world, instead of a placement; a motion of the robot starts at
@@ -365,7 +362,6 @@ class Scene(Value):
         on the same link (`add`, `attach`), and `on` may be that object. `move` and `remove` accept its name.
 
         Args:
-            name: Not used by a frame of the robot or an object.
             on: A link, a tool frame or an object.
             placement: Of the frame in that one; at its origin if None.
 
@@ -459,7 +455,6 @@ class Scene(Value):
         The object keeps its allowed contacts, margins and clearances.
 
         Args:
-            name: Of the object: a new one, or a cloud of the scene.
             cloud: In world coordinates; None for an empty measurement, which leaves a frame without a shape.
             given: Assumptions about it, as phrases that each certificate repeats.
 
@@ -554,15 +549,14 @@ class Scene(Value):
         A dynamic obstacle can carry others too: a tray on a conveyor.
 
         Args:
-            link: The link, tool frame, attached object or dynamic obstacle.
             placement: Of the object in the link's frame; or
             at: Configuration at which it is grasped at its present place; for a moving object, its place at
                 time 0.
             touch_links: Links that may touch it, beyond the link itself and the objects attached between; as
                 for `add`.
-            mass: Its mass [kg]; if None, the mass that it was added with.
-            resting_on: Objects or links that support it until it is lifted: contact is accepted
-                for the first half second of a motion, to a depth of 1 mm (`allow_contact`).
+            mass: Its mass [kg]; unchanged if None.
+            resting_on: Objects or links that support it until it is lifted: contact is accepted for the first
+                half second of a motion, to a depth of 1 mm (`allow_contact`).
 
         Raises:
             ObjectNotFound: If there is none of that id.
@@ -676,20 +670,11 @@ class Scene(Value):
     ) -> Scene:
         """Set the margin, a distance that the optimiser keeps if possible and the judge ignores [m].
 
+        Other arguments, errors and the warning are as for `with_clearance`.
+
         Args:
             margin: Between all bodies of every kind, or between `a` and `b`.
             a: One link, frame or object.
-            world: As for `with_clearance`.
-            carried: As for `with_clearance`.
-            robot: As for `with_clearance`.
-
-        Raises:
-            ShapeError: If a margin is negative or not finite.
-            FrameNotFound: If a name is not a link, frame or object.
-            ModelError: If nothing is given, only one name, names without a margin, or names with kinds.
-
-        Warns:
-            UnitWarning: If it is larger than the reach of any arm.
         """
         pair, kinds = self._asked("with_margin", margin, a, b, (world, carried, robot))
         if pair is not None and margin is not None:

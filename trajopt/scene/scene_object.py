@@ -39,8 +39,7 @@ class SceneObject(Value):
 
     Attributes:
         parts: Shapes with their placements in the object's frame; empty for a frame without a shape.
-        placement: Of the object's frame in `frame`.
-        frame: "world", a link or tool frame, or another object.
+        placement: Of the object's frame in `frame`, as for `Scene.add`.
         mass: Its mass [kg]; 0 if unknown.
         timing: Its existence and motion; `placement` is then its placement at time 0.
         given: Assumptions about it, as phrases that follow "proven given that" in certificates.
@@ -180,7 +179,7 @@ def uniform_inertia(shape: shapes.Shape) -> pin.Inertia:
     """Return mass, centre of mass and moments of a shape of density 1 kg/m^3, in the shape's frame.
 
     A mesh counts as its convex hull, or as its bounding box if it is flat; balls and cubes of a cloud count
-    individually, also where they overlap; a half-space has no mass.
+    individually, even if they overlap; a half-space has no mass.
     """
     match shape:
         case shapes.Box():

@@ -28,7 +28,7 @@ from trajopt.values.printed import in_number
 from trajopt.values.trajectory import LONGEST, Trajectory
 
 MOST_DEGREE = 5
-"""Largest degree of a piece's translation, which is that of trajectories."""
+"""Largest degree of a piece's translation, as in trajectories."""
 JUMP = 1e-6
 """Largest gap between consecutive pieces [m | rad], from rounding in files."""
 TOLERANCE = 2e-3
@@ -42,8 +42,7 @@ class Track(Value):
     """The placement of a frame over time: at rest before the first time and after the last.
 
     In each piece the origin moves along polynomials of time and the frame turns about one axis at a constant
-    rate. Make one with `Track.through` or `Track.constant_velocity`, or from another robot's motion with
-    `Track.of`.
+    rate.
 
     Attributes:
         times: Ends of the k pieces, increasing, shape (k + 1,) [s].
@@ -173,16 +172,13 @@ class Track(Value):
         """Make the track of a frame of another robot that moves as planned, with its error: a `Prediction`.
 
         The error is a proven bound on the distance of any point within `reach` of the frame's origin from its
-        place on the track. (`Scene.with_robot_in_motion` adds a whole robot.)
+        place on the track. `Scene.with_robot_in_motion` adds a whole robot, and describes the other
+        arguments.
 
         Args:
             motion: A plan, a result with one, or a reduced model.
             frame: Link or tool frame of that robot, or an object that it carries.
             reach: Largest distance of points that move with the frame from its origin [m].
-            trajectory: The motion of a reduced model; None for a plan's own.
-            base: Placement of that robot's world in the scene that the track is for.
-            start: Start of the motion on the clock of the scene; negative if it has begun [s].
-            until: End of the time for which the motion is known [s].
             tolerance: Largest error [m].
 
         Raises:
@@ -311,7 +307,7 @@ class FramePieces:
     """The numbers of a track, and its error.
 
     Attributes:
-        coefficients: Of the origin's position, as those of a track, shape (4, k, 3) [m].
+        coefficients: Of the origin's position, as in a track, shape (4, k, 3) [m].
         error: Largest distance of a point within reach from its place on the track [m].
     """
 
@@ -329,7 +325,6 @@ def frame_pieces(
     """Return pieces of a track that follow a frame.
 
     Args:
-        anchor: The joint that carries the frame, and its placement there.
         reach: Of the points that count, from the frame's origin [m].
     """
     bounds = _Bounds.of(robot, trajectory, anchor)

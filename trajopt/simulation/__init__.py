@@ -1,7 +1,4 @@
-"""Simulation in MuJoCo: physics of robot and scene, and pictures of them.
-
-MuJoCo is imported when a function is called.
-"""
+"""Simulation in MuJoCo: physics of robot and scene, and pictures of them."""
 
 from trajopt.simulation.camera import CameraView as CameraView
 from trajopt.simulation.depth_camera import DepthCamera as DepthCamera

@@ -93,10 +93,7 @@ class DynamicScene:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A sentence for each object with a position error, which is simulated exactly on its track.
-
-        Links of another robot, "other/link1" and "other/link2", share a sentence.
-        """
+        """A sentence for each object with a position error, which is simulated exactly on its track."""
         errors: dict[str, tuple[float, bool]] = {}
         for name, motion in self.tracks.items():
             thing = name.split("/")[0]

@@ -1,4 +1,4 @@
-"""Execution of trajectories in MuJoCo by a computed-torque controller, one or several in sequence."""
+"""Execution of trajectories in MuJoCo by a computed-torque controller."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -50,7 +50,6 @@ class Reference:
 
 
 def reference(trajectory: Trajectory, dt: float, settling_time: float) -> Reference:
-    """Sample a trajectory, and the hold at its end."""
     if (trajectory.duration + settling_time) / dt > MOST_STEPS:
         raise ProblemError(
             f"{trajectory.duration + settling_time:g} s in steps of {dt:g} s are over {MOST_STEPS} steps; "
@@ -176,7 +175,6 @@ def simulate(
         motion: A plan, or a result with a plan; the result of a task or of a pick and place; or the reduced
             model (robot and scene) of a trajectory. Joints outside the group are at rest.
         trajectory: Of the group's joints, in any order; the one of the plan if None.
-        options: Step, gains, settling time.
 
     Raises:
         PlanningFailed: If the result has no plan.
@@ -311,11 +309,9 @@ def simulate_phases(
     The controller follows each phase as `simulate` does, with the payload of the scene of the phase.
 
     Args:
-        loose: Names of the loose objects.
         fingers: Links with rubber pads.
         driven_together: Joint of the fingers -> the joint that it follows, with factor and offset, for joints
             of one drive that the description does not couple by a mimic.
-        friction: Of the objects.
         options: Step, gains, and settling time after the last phase.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Halo: the surface at a distance around a shape, which shows its position error in pictures."""
+"""Halo: a surface around a shape at the distance of its position error."""
 
 from dataclasses import dataclass
 from functools import cache

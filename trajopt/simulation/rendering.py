@@ -73,12 +73,11 @@ def render(
         motion: The file; or, for a reduced model, the motion, simulated or planned. A simulated sequence has
             its own reduced model.
         path: The file, after a motion; its suffix selects the format.
-        width: Of one picture [pixels].
-        height: Of one picture [pixels].
+        width: Of one picture, as `height` [pixels].
         fps: Pictures per second of GIF and MP4.
         moments: Times to show in a PNG [s]; if None, four at equal shares of the path in joint space.
         layout: Layout of several times in a PNG.
-        camera: The camera; if None, one that shows the whole motion.
+        camera: If None, one that shows the whole motion.
         highlight: Links and objects with a special colour.
         progress: Called with the share that is done, up to 1.
 
@@ -87,7 +86,7 @@ def render(
         ProblemError: If the motion or the file is missing.
         FileFormatError: If the suffix is another one (PNG for a problem), or the folder does not exist.
         MissingExtra: If a film (.mp4) is requested without the extra `film`.
-        RenderingUnavailable: If OpenGL does not work; it names the packages to install.
+        RenderingUnavailable: If OpenGL does not work.
         ShapeError: If a size, `fps` or `moments` is invalid.
         ModelError: If the joints of the motion differ from the group's.
     """
@@ -172,7 +171,7 @@ WIDTH, HEIGHT = 320, 240
 """Size of a thumbnail [pixels]."""
 SHADOW = 1024
 JPEG_QUALITY = 80
-"""JPEG quality without visible artefacts; a hundred thumbnails take one or two megabytes."""
+"""JPEG quality without visible artefacts."""
 TYPE = "image/jpeg"
 
 

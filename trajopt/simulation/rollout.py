@@ -1,4 +1,4 @@
-"""Options of a simulation and its outcome: the motion, contacts and deviation from the plan."""
+"""Options of a simulation and its outcome."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -126,7 +126,7 @@ class Rollout(Value):
         tracking_error: Over all steps of the motion, stored or not; without the settling time.
         contacts: Contacts that the scene does not allow.
         saturated: Joint -> time for which its motor was at its limit [s]; only those above zero.
-        diverged: Time at which the simulation diverged and was stopped [s]; None if it did not.
+        diverged: Time at which the simulation diverged [s]; None if it did not.
         notes: Differences of the MuJoCo model from robot and scene.
         dynamic: Whether motors moved the robot; False if it was placed on its plan.
     """
@@ -267,9 +267,7 @@ class SequenceLog(Value):
         touching: Loose object -> the bodies in contact with it, one set per sample.
         deepest: Largest penetration of a loose object; contacts yield a little [m].
         contacts: Other contacts that the scene does not allow.
-        saturated: Joint -> time for which its motor was at its limit [s]; only those above zero.
-        diverged: Time at which the simulation diverged and was stopped [s]; None if it did not.
-        notes: Differences of the MuJoCo model from robot and scene.
+        saturated: As in `Rollout`, like `diverged` and `notes`.
     """
 
     reduced: ReducedModel

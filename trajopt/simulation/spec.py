@@ -1,4 +1,4 @@
-"""The MuJoCo model of a reduced model: kinematics, inertias, limits, shapes, pairs, and loose objects."""
+"""The MuJoCo model of a reduced model."""
 
 from dataclasses import dataclass
 

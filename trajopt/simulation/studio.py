@@ -1,4 +1,4 @@
-"""Rendering without a window: finds a working OpenGL, and draws a motion."""
+"""Rendering without a window."""
 
 import os
 import sys

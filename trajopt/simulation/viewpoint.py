@@ -20,8 +20,8 @@ from trajopt.values.arrays import Bools, Floats
 from trajopt.values.shapes.shapes import outermost
 
 AZIMUTHS = np.deg2rad(np.arange(0.0, 360.0, 15.0) + 140.0)
-"""Viewing directions about z [rad]: between neighbours the apparent width of a flat object changes by at
-most a quarter. The first one wins ties.
+"""Viewing directions about z [rad]: between neighbours the apparent width of a flat object changes by at most
+a quarter.
 """
 ELEVATIONS = np.deg2rad((-20.0, -35.0, -50.0))
 """Viewing directions above the horizon [rad]: of a person from a distance, from nearby, and over a wall."""

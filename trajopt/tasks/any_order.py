@@ -30,7 +30,7 @@ ROUNDS = 6
 STRIDE = 0.05
 """Distance of the configurations checked on the straight way between two postures [rad | m]."""
 NO_WAY = 1e3
-"""Cost of a way without a motion [s]: longer than any motion, so that a tour avoids it if it can."""
+"""Cost of a way without a motion [s]: longer than any motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,7 @@ def _pinned(item: Sequence[TaskStage], placed: PlacedItem) -> Iterator[TaskStage
 def postures(
     item: Sequence[TaskStage], search: TaskSearch, state: TaskState
 ) -> list[PlacedItem] | StageRefusal:
-    """Return the postures of an item: configurations of its first move, and from each those of the others."""
+    """Return the postures of an item: a configuration for each of its moves."""
     reduced = search.reduced(state.scene, state.positions)
     moves = [stage for stage in item if isinstance(stage, MoveTo)]
     first = moves[0]

@@ -39,7 +39,7 @@ class RemainingStages:
     skipped: dict[str, str] = field(default_factory=dict[str, str])
 
     def of(self, stages: Sequence[TaskStage]) -> list[TaskStage]:
-        """Return what remains of stages in order; all before the last that is begun are done."""
+        """Return the remaining stages in order; all before the last that is begun are done."""
         begun = [place for place, stage in enumerate(stages) if self._begun(stage)]
         after = begun[-1] + 1 if begun else 0
         rest = [left for stage in stages[after - 1 : after] for left in self._rest(stage)] if begun else []
@@ -123,7 +123,7 @@ def is_step_of(step: str, stage: TaskStage) -> bool:
 
 
 def flat(stages: Sequence[TaskStage]) -> Iterator[TaskStage]:
-    """Yield stages without items, those of all items included."""
+    """Yield stages without items, including all items' stages."""
     for stage in stages:
         if isinstance(stage, StageWithItems):
             for item in as_items(stage.items):

@@ -100,8 +100,6 @@ class Handling(Value):
 
     Attributes:
         picked: Name of the stage that picks it; empty if it was in the hand.
-        grasp: None if the object was in the hand.
-        place: None if the object stays in the hand.
         placed: Name of the stage that places it; empty if it stays in the hand.
     """
 
@@ -163,7 +161,7 @@ class TaskResult(MotionSequence[TaskSegment]):
     Attributes:
         final_scene: The scene after, with the clock at the end of the task; the scene before without a plan.
         start: Positions of all joints before, shape (number of joints,) [rad | m].
-        status: The status of planning: without a plan, that of the stage that failed last in the task.
+        status: Without a plan, of the stage that failed last in the task.
         segments: The motions, in order; empty without a plan.
         refusals: The rejected ways to do stages, with reasons, in the order of the search.
         cpu_seconds: Process time of each stage of planning [s].
@@ -181,7 +179,6 @@ class TaskResult(MotionSequence[TaskSegment]):
 
     @property
     def stages(self) -> tuple[StageTime, ...]:
-        """Begin and end of each stage that moves or rests, in order."""
         found: dict[str, StageTime] = {}
         for begin, segment in zip(self.begins.tolist(), self.segments, strict=True):
             since = begin
@@ -237,15 +234,7 @@ class TaskResult(MotionSequence[TaskSegment]):
 
     @checked
     def simulated(self, options: SimulationOptions | None = None) -> "TaskRollout":
-        """Execute the task in MuJoCo; `trajopt.simulate(result)` calls this.
-
-        Objects that the gripper picks are held by friction; other objects that the task moves follow their
-        planned tracks.
-
-        Raises:
-            PlanningFailed: Without a plan.
-            ModelError: If the robot has no mass.
-        """
+        """Execute the task as `simulate_task` does; `trajopt.simulate(result)` calls this."""
         from trajopt.tasks.grasping.simulation import simulate_task
 
         return simulate_task(self, options=options)

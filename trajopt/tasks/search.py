@@ -39,10 +39,7 @@ from trajopt.values.placement import WORLD
 ATTEMPTS = 16
 """Default number of seeds for each motion."""
 DEAD_ENDS = 4
-"""Number of times that all ways of a stage may lead to nothing before the search ends.
-
-Each time an earlier stage was done in another way.
-"""
+"""Number of times that all ways of a stage may lead to nothing before the search ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +72,7 @@ class TaskRest:
     """A rest of the arm.
 
     Attributes:
-        stage: Stage that it is counted to; that of the leg before if empty.
+        stage: Stage that it is counted to; as the leg before if empty.
     """
 
     scene: Scene
@@ -151,7 +148,6 @@ class TaskStage(Protocol):
         """Check the stage against the scene before the task, and return the objects held after it.
 
         Args:
-            scene: The scene before the task.
             held: Objects attached before the stage.
 
         Raises:
@@ -254,8 +250,6 @@ class TaskSearch:
     """The data shared by all stages of one call of planning.
 
     Attributes:
-        rng: Draws the starts of inverse kinematics, and the bends of seeds.
-        tracker: Counts work and time, and ends the search when the budget is used up.
         blend: Distance from the end of a straight motion within which the arm may leave the line [m].
     """
 

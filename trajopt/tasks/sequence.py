@@ -203,7 +203,6 @@ class MotionSequence(SavedResult, Generic[Part]):
 
     @property
     def whole(self) -> tuple[ReducedModel, Trajectory]:
-        """The robot with all moving joints free, and its motion; objects that it moves are on tracks."""
         return whole_robot(self.scene_on_tracks(), self.trajectory.joint_names, self.start), self.trajectory
 
     @checked

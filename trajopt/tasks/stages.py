@@ -257,7 +257,7 @@ class AttachObject(Value):
 @checked
 @dataclass(frozen=True, eq=False)
 class DetachObject(Value):
-    """An attached object stays where it is from now on."""
+    """An attached object stays in place from now on."""
 
     object: str
     name: str = ""
@@ -407,7 +407,6 @@ class StageLimits(Value):
         return next((words for segment in segments if (words := self._left(segment))), "")
 
     def _left(self, segment: TaskSegment) -> str:
-        """Return the joint that leaves its range, "" if none."""
         rows = np.array([segment.positions(time) for time in segment.trajectory.times.tolist()])
         for joint, (low, high) in self.joints.items():
             at = rows[:, segment.scene.robot.index([joint])[0]]
@@ -458,7 +457,6 @@ class OneOf(Value):
         return held_after_any(self.items, scene, group, held)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        """Yield the first ways of each alternative that can be planned to a rest, the cheapest first."""
         found: list[tuple[float, TaskState]] = []
         for item in as_items(self.items):
             enough = len(found) + self.ways_each
@@ -653,7 +651,7 @@ class Together(Value):
 
 @dataclass(frozen=True, eq=False)
 class _Passed:
-    """A move among those of other groups.
+    """A move among other groups' moves.
 
     Attributes:
         positions: Of its group, at its end (n,) [rad | m].

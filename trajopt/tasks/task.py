@@ -39,7 +39,7 @@ from trajopt.values.errors.arguments import checked
 @checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Task(Value):
-    """A job: stages in order, planned as motions that rest only where a stage needs it.
+    """A job: stages in order, planned as motions that rest only if a stage needs it.
 
     Consecutive moves of the arm become one motion through their goals. The arm rests while fingers move, an
     object is attached, detached or moved, during a `Dwell`, and before and after a curve.
@@ -47,7 +47,7 @@ class Task(Value):
     Attributes:
         scene: Robot and environment before the task.
         start: Configuration before the task, in any form of the start of a problem.
-        stages: The stages. Names that are missing are made from their kinds, and made unique.
+        stages: Missing names are made from their kinds.
         group: Planning group of the arm; optional if the robot has one only.
         constraints: Path constraints of all motions of the arm.
         options: Speeds, tolerances and times of all stages.
@@ -72,7 +72,7 @@ class Task(Value):
 
         Raises:
             ProblemError: If there is no stage, or one cannot be done: an unknown object, a place before its
-                pick; or if its name begins with that of another and ": ". The message names the stage.
+                pick; or if its name begins with the name of another and ": ". The message names the stage.
         """
         robot = one_of("scene", self.scene, Scene).robot
         name_of("name", self.name)

@@ -1,4 +1,4 @@
-"""Shortest tour through groups of nodes, one node of each: order of targets, and the posture at each.
+"""Shortest tour through groups of nodes, one node of each.
 
 A generalised travelling salesman problem with an open end, solved by local search (2-opt, Or-opt, insertion
 of a group by any of its nodes, and the exact choice of nodes for a fixed order by dynamic programming) from a
@@ -44,11 +44,7 @@ class Tours:
         return float(self.start[tour[0]]) + between + float(self.end[tour[-1]])
 
     def shortest(self, rng: np.random.Generator, kicks: int = KICKS) -> Ints:
-        """Return the best tour found, one node of each group in order.
-
-        Args:
-            kicks: Fewest restarts; one for each group if that is more.
-        """
+        """Return the best tour found, one node of each group in order."""
         first = self.nearest_neighbour()
         best = self._improved(first, self.groups[first])
         least = self.cost(best)
@@ -134,7 +130,7 @@ class Tours:
         return np.concatenate((tour[:first], tour[first:end][::-1], tour[end:]))
 
     def _moved(self, tour: Ints, place: int) -> Ints | None:
-        """Improve by Or-opt of up to three nodes; None if no tour is shorter."""
+        """Improve by Or-opt of up to three nodes."""
         for size in (1, 2, 3):
             part, rest = tour[place : place + size], np.delete(tour, np.s_[place : place + size])
             if len(part) < size or not len(rest):
@@ -151,7 +147,7 @@ class Tours:
         return None
 
     def _inserted(self, tour: Ints, place: int) -> Ints | None:
-        """Insert a group elsewhere, by any of its nodes; None if no tour is shorter."""
+        """Insert a group elsewhere, by any of its nodes."""
         nodes, rest = np.flatnonzero(self.groups == self.groups[tour[place]]), np.delete(tour, place)
         if not len(rest):
             return None

@@ -73,8 +73,7 @@ def task_in(
     """Return the task of a document, as `read_task` does.
 
     Args:
-        start: Start, if the document has none.
-        name: Name, if the document has none.
+        start: Start, if the document has none; likewise `name`.
         folder: Folder of the files of curves; None refuses them.
     """
     document.only(("start", "stages", "group", "blend", "name"))

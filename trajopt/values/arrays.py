@@ -146,7 +146,7 @@ class Printed:
 class Value(Printed):
     """An immutable dataclass whose copies and pickles are immutable too.
 
-    Copies and pickles contain the fields only, and read-only arrays stay read-only.
+    Copies and pickles contain the fields only.
     """
 
     def __getstate__(self) -> dict[str, object]:

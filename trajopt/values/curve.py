@@ -91,7 +91,6 @@ class Curve(Value):
     angle if that is larger.
 
     Attributes:
-        pieces: In order; each starts at the end of the previous one.
         poses: Locations of the poses that the curve was made from, increasing, shape (p,) [m].
     """
 

@@ -1,4 +1,4 @@
-"""Modules that were renamed in version 0.2: importing an old name raises an error with the new one."""
+"""Modules that were renamed in version 0.2."""
 
 import sys
 from collections.abc import Mapping, Sequence

@@ -116,21 +116,17 @@ def placement(
     rotation: ArrayLike | None = None,
     degrees: bool = False,
 ) -> Placement:
-    """Place a frame by its position and one form of its orientation.
+    """Place a frame by its position and one form of its orientation; the identity if none is given.
 
     Args:
         xyz: Position of the frame's origin, shape (3,) [m].
         rpy: Roll, pitch, yaw about the fixed axes x, y, z in this order (URDF's), shape (3,) [rad].
         quaternion: (x, y, z, w), shape (4,); it is normalised.
         rotation: Rotation matrix, shape (3, 3), orthonormal to 1e-6, right-handed.
-        degrees: Whether `rpy` is in degrees.
-
-    Returns:
-        The placement; with identity orientation if none of the three is given.
 
     Raises:
-        ShapeError: If a number is not finite, the quaternion is zero, the matrix is not a
-            rotation, or more than one orientation is given.
+        ShapeError: If a number is not finite, the quaternion is zero, the matrix is not a rotation, or more
+            than one orientation is given.
         SizeError: If the position is farther than 1e6 m: there rounding exceeds a micrometre.
         ProblemError: If `degrees` is neither true nor false.
 

@@ -1,7 +1,4 @@
-"""Processes: their cores and end, and children with bounds that read untrusted files.
-
-Some parsers crash or take all memory.
-"""
+"""Processes: their cores and end, and children with bounds that read untrusted files."""
 
 import ctypes
 import os
@@ -38,7 +35,7 @@ def answer_of(
     Args:
         script: Writes its answer to standard output and exits with 0, or writes the reason and exits with
             `REFUSED`.
-        environment: Those of this process if None.
+        environment: As in this process if None.
 
     Raises:
         ProcessRefused: If the script refuses, exceeds a limit, or crashes.

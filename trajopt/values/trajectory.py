@@ -174,8 +174,8 @@ class Trajectory(Value):
         """Return this motion followed by another.
 
         Args:
-            other: Of the same joints in the same order, and with the same velocity and acceleration where
-                they meet.
+            other: Of the same joints in the same order, and with the same velocity and acceleration at the
+                junction.
 
         Raises:
             ShapeError: If the motions do not meet.
@@ -358,7 +358,7 @@ def refined(times: Floats, knots: Floats, coefficients: Floats, degree: int) -> 
 def state_of(trajectory: Trajectory, t: float) -> Floats:
     """Return positions, velocities and accelerations at a time [s], clipped to the duration, shape (3, n).
 
-    As `trajectory(t, order)` for three orders; at the ends exactly the stated values, if there are any.
+    At the ends exactly the stated values, if any.
     """
     times, duration = trajectory.times, trajectory.duration
     velocities, accelerations = trajectory.velocities, trajectory.accelerations

@@ -1,7 +1,6 @@
 """Views of motions: in the browser, and as plots over time.
 
-`view`, `watch_run`, `view_run`, `live_view` and `mirror_view` serve pages (extra `view`); `plot_motion`,
-`plot_path_time`, `plot_reach` and `draw_explanation` write images.
+Pages need the extra `view`.
 """
 
 from trajopt.viewer.explained import draw_explanation as draw_explanation

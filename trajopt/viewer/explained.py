@@ -1,4 +1,4 @@
-"""An explanation as a picture: the robot in the failing configuration, with the obstacle in red."""
+"""An explanation as a picture."""
 
 from dataclasses import dataclass
 from math import inf
@@ -53,7 +53,7 @@ def draw_explanation(
 
     Raises:
         FileFormatError: If the suffix is not an image format, or the folder does not exist.
-        RenderingUnavailable: If OpenGL does not work; the message names the packages to install.
+        RenderingUnavailable: If OpenGL does not work.
     """
     from trajopt.simulation import Layout, render
 

@@ -1,4 +1,4 @@
-"""Mirror: a page that shows a robot driven elsewhere, and a publisher of a run's robot."""
+"""Mirror: a page of a robot driven elsewhere."""
 
 import json
 import threading
@@ -90,11 +90,7 @@ class MirrorClient:
     """A mirrored address."""
 
     def __init__(self, url: str, *, token: str = "") -> None:
-        """Request the robot.
-
-        Args:
-            url: Of a session of a server ("http://127.0.0.1:8080/sessions/ID"), or of a run.
-        """
+        """Request the robot; `url` as for `mirror_view`."""
         try:
             from trajopt.server.client import Call, Client
         except ImportError as error:
@@ -251,7 +247,7 @@ def _same(one: RemoteState, other: RemoteState) -> bool:
 
 
 AHEAD = 25
-"""Number of configurations along the rest of a motion: enough for a smooth line of the hand."""
+"""Number of configurations along the rest of a motion."""
 PUBLISHED_EVENTS = 12
 """Number of published events, the latest ones."""
 TIMEOUT = 10.0

@@ -203,8 +203,8 @@ def plot_path_time(
 ) -> Path:
     """Draw when each part of a plan's path is blocked, by which obstacle, and how the motion passes.
 
-    The robot waits on level parts of the line and hurries on steep ones; a line through a region would be a
-    collision. The regions are sampled (`trajopt.planning.forbidden_times`).
+    The robot waits on level parts of the line and hurries on steep ones. The regions are sampled
+    (`trajopt.planning.forbidden_times`).
 
     Args:
         path: The image; its suffix selects the format (PNG without one).

@@ -108,7 +108,7 @@ EVENTS = 8
 
 @checked
 def view_run(recording: Recording, *, port: int = 8080, host: str = "127.0.0.1") -> "RunViewer":
-    """Serve a page that shows a recorded run, as `view` does; open its `url`."""
+    """Serve a page that shows a recorded run, as `view` does."""
     first = recording.sightings[0]
     drawing = RunDrawing(open_server(host, port), recording.group, recording.start, first)
     motion = None
@@ -170,7 +170,7 @@ class RunViewer(PlayedPage):
 
     @property
     def recording(self) -> Recording:
-        """The recording so far."""
+        """The recording until now."""
         source = self._source
         if isinstance(source, Recording):
             return source

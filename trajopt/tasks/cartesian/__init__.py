@@ -1,4 +1,4 @@
-"""Cartesian motion: a frame follows a curve as far as possible; the result gives the reason for a stop."""
+"""Cartesian motion: a frame follows a curve as far as possible."""
 
 from trajopt.problem.requirements import FollowsCurve as FollowsCurve
 from trajopt.problem.requirements import follows_curve as follows_curve

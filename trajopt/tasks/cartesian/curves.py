@@ -59,7 +59,6 @@ def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
     """Return straight lines through placements, with rounded corners if `blend` is positive.
 
     Args:
-        poses: Two or more.
         blend: Radius about each inner pose within which the corner may be cut [m]; at most half of the
             shorter side is used. The curvature is continuous. 0 passes through the poses.
 
@@ -154,7 +153,6 @@ def circle(
         radius: Its radius [m].
         rotation: Of the tool in the world, shape (3, 3).
         sweep: Angle of the arc, not 0; negative turns the other way [rad]; the whole circle if None.
-        degrees: Whether `sweep` is in degrees.
 
     Raises:
         ProblemError: If radius or sweep is out of range.
@@ -184,11 +182,8 @@ def spline(poses: Sequence[PlacementLike]) -> Curve:
 
     If the last pose equals the first, the curve is smooth there too.
 
-    Args:
-        poses: Three or more; consecutive ones differ.
-
     Raises:
-        ProblemError: If there are too few, or consecutive ones are equal.
+        ProblemError: If there are fewer than three poses, or consecutive ones are equal.
     """
     from scipy.interpolate import CubicSpline
 

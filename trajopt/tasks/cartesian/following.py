@@ -115,19 +115,16 @@ def follow(
     backwards, and gets as far as `fraction`.
 
     Args:
-        scene: The robot and its surroundings. Unlike other motions this one keeps the margin all along,
-            except for pairs that are nearer at its start: a margin that is too large may end it.
+        scene: Unlike other motions this one keeps the margin all along, except for pairs that are nearer at
+            its start: a margin that is too large may end it.
         required: The curve, the frame, and its tolerance: `follows_curve(...)`.
         start: Name of a state, joint -> position [rad | m], or positions of all joints. With
             `Begin.ANY_BRANCH` it only determines the joints outside the group, and the preferred branch.
         group: Optional if the robot has only one.
-        rng: Draws postures and starts of searches; a fixed seed if None, for reproducible results.
+        rng: Draws postures and starts of searches; a fixed seed if None.
         budget: Time and work; `attempts`, `workers` and `improve` do not apply.
         cancel: Set it from another thread to stop.
         degrees: Whether angles in `start` are in degrees.
-
-    Returns:
-        The followed part, the reason for a stop, and the motion with its certificate.
 
     Raises:
         ProblemError: If the curve does not suit this robot, or the budget has fields that do not apply.
@@ -291,7 +288,7 @@ class _Following:
 
 
 BODIES = 0.1
-"""Deviation of the rest of the arm, relative to that of the tool."""
+"""Deviation of the rest of the arm, relative to the tool's."""
 POINTS_PER_KNOT = 0.7
 """Further points of the motion for each knot of the path."""
 MOST_POINTS = 600

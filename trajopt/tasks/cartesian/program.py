@@ -24,11 +24,11 @@ SPACING = 0.02
 FEWEST, MOST = 16, 96
 """Smallest and largest number of knots."""
 HELD = 0.5
-"""Share of the tolerances for knots, which are moved onto the curve afterwards."""
+"""Share of the tolerances for knots, later moved onto the curve."""
 ROOM = 0.9
 """Share of the tube for knots."""
 END = 0.01
-"""Share of the tube for the last knot, which is moved onto the curve afterwards."""
+"""Share of the tube for the last knot, later moved onto the curve."""
 NEARNESS = 1000.0
 """Weight of squared distances from the curve inside a tube [1/m^2]."""
 

@@ -41,7 +41,6 @@ def raster(
     hole is split. At each point z of the tool's placement points into the surface, and x along the first row.
 
     Args:
-        mesh: The surface, as that of the workpiece.
         face: Index of a triangle of the face.
         spacing: Distance of the rows [m].
         along: Direction of the rows in the mesh's frame, shape (3,); the longest extent of the face if None.

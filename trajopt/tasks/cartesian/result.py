@@ -23,7 +23,7 @@ class StopReason:
 
     Attributes:
         at: Length along the curve [m].
-        pose: Index of the last reached pose of those that the curve was made from.
+        pose: Index of the last reached pose of the curve.
         message: Details: joint and limit, pair, or jump.
         joint: The joint at its limit, or the one that would jump; empty for other reasons.
         pair: The two that are too near; empty for other reasons.
@@ -76,7 +76,6 @@ class Followed(SavedResult):
 
     @property
     def certificate(self) -> Certificate | None:
-        """The judge's verdict on the motion, if there is any."""
         return self.result.certificate
 
     @property
@@ -120,10 +119,7 @@ class Followed(SavedResult):
 
     @checked
     def require(self, fraction: float = 1.0) -> Plan:
-        """Return the plan if enough of the curve is followed.
-
-        Args:
-            fraction: Least part of the curve.
+        """Return the plan if at least a fraction of the curve is followed.
 
         Raises:
             PlanningFailed: If less is followed, or it is not proven; carries this result.
@@ -154,7 +150,7 @@ class Followed(SavedResult):
         return f"{got}. {self.stop.status.name} {after}: {self.stop.status.value} ({self.stop.message})"
 
     def explain(self) -> OutcomeSummary:
-        """Return the followed part, the reason for a stop, and its evidence, for printing."""
+        """Return the outcome with its evidence, for printing."""
         if self.complete:
             certainty, grounds = Certainty.PROVEN, "the judge verified the motion along the whole curve"
         else:

@@ -378,11 +378,7 @@ def _collision(on_curve: OnCurve, s: float, blocked: _Blocked) -> StopReason:
 
 
 def untracked(on_curve: OnCurve, found: CurveTrack, rng: np.random.Generator) -> StopReason | None:
-    """Return why a track ends before the curve; None if it does not.
-
-    Args:
-        rng: Draws configurations for the search of other branches.
-    """
+    """Return why a track ends before the curve; None if it does not."""
     s, until = found.reached, on_curve.required.until
     if s >= until:
         return None

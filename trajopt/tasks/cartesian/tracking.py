@@ -194,7 +194,7 @@ MOST_STEPS = 400
 LEAST_STEPS = 8
 """Fewest steps along a curve."""
 FARTHEST = 0.2
-"""Largest joint motion in a step; a larger one may be a jump, which smaller steps decide [rad | m]."""
+"""Largest joint motion in a step [rad | m]; a larger one may be a jump."""
 HALVINGS = 7
 """Number of halvings of a step before the rest counts as a jump."""
 DRIFT = 4.0

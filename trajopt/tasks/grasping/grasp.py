@@ -97,7 +97,6 @@ class Place(Value):
         rotation_tolerance: About them, one or shape (3,) [rad]; inf leaves an axis free, None is 1e-3 rad.
         lower: The straight motion down to the support.
         retreat: The straight motion of the opened gripper off the object.
-        degrees: Whether the rotation tolerance is given in degrees.
     """
 
     placement: Placement
@@ -168,7 +167,7 @@ def pallet(
     Args:
         corner: Placement of the part at a corner; columns are along its x, rows along y, layers along z.
         counts: Numbers of columns, rows and layers.
-        steps: Distances between columns, rows and layers, shape (3,) [m].
+        steps: Distances between these, shape (3,) [m].
         staggered: Whether every second row is shifted by half a column, and has one part less.
         access: Point from which the arm comes, in the frame in which `corner` is given, shape (3,) [m].
 
@@ -266,8 +265,7 @@ def grasps_of(
 ) -> tuple[Grasp, ...]:
     """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
 
-    Each occurs twice, the second time with the hand turned by half a turn. Grasps wider than the gripper are
-    left out.
+    Each occurs twice, the second time turned by half a turn. Grasps wider than the gripper are left out.
 
     Args:
         force: Of each finger [N].

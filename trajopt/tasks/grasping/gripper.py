@@ -1,4 +1,4 @@
-"""Gripper: two fingers that close on an object; `gripper_of` reads it from a robot's SRDF."""
+"""Gripper: two fingers that close on an object."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -81,10 +81,7 @@ class Gripper(Value):
 
     @checked
     def joints_at(self, opening: float) -> Mapping[str, float]:
-        """Return the positions of the driven joints at an opening, joint -> position [rad | m].
-
-        Args:
-            opening: Distance between the pads [m].
+        """Return the positions of the driven joints at an opening [m], joint -> position [rad | m].
 
         Raises:
             ShapeError: If the opening is out of range.
@@ -110,14 +107,13 @@ class Gripper(Value):
 
     @checked
     def pressing(self, width: float, force: float) -> Mapping[str, float]:
-        """Return the effort of the driven joints for a force of each finger, by joint [N | Nm].
+        """Return the effort of the driven joints for a force of each finger [N], by joint [N | Nm].
 
         By virtual work, with equal contributions of the m joints to the opening: tau_i = -F d(opening)/dq_i,
         with d(opening)/dq_i = 1 / (m dq_i/d(opening)).
 
         Args:
             width: Between the pads [m].
-            force: Of each finger [N].
         """
         return dict(zip(self.joint_names, (-force / self._yield(width)).tolist(), strict=True))
 

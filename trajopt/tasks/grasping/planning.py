@@ -54,13 +54,11 @@ def pick_and_place(
     obstacles each motion starts at its time in the sequence, and stays clear while the fingers move.
 
     Args:
-        scene: Robot and objects; the object is at rest in it.
-        grasps: In order of preference.
-        places: In order of preference.
+        scene: The object is at rest in it.
         group: Optional if the SRDF defines the parent of the hand.
-        gripper: The gripper; that of the robot's SRDF if None.
-        constraints: Path constraints while the object is in the hand, such as keeping it upright.
-        rng: Draws starts of the search; a fixed seed if None, for reproducible results.
+        gripper: As in the robot's SRDF if None.
+        constraints: Path constraints while the object is in the hand.
+        rng: Draws starts of the search; a fixed seed if None.
         budget: Time and work for the whole sequence; its `attempts` are for each motion, 16 if None.
         cancel: Set it from another thread to stop.
         degrees: Whether angles in `start` are in degrees.
@@ -123,7 +121,6 @@ def place(
     """Plan to place an object in the hand; other arguments are as for `pick_and_place`.
 
     Args:
-        scene: Robot and objects; the object is attached to the hand.
         opening: Of the fingers at release [m]; 2 cm more than at the start if None, or the largest possible.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Result of picking and placing: the planned motions stage by stage, or why there are none."""
+"""Result of picking and placing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -184,7 +184,6 @@ class PickPlaceResult(MotionSequence[Segment]):
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """The rejected candidates with their reasons, in words."""
         return tuple(map(str, self.refusals))
 
     def as_dict(self) -> dict[str, object]:

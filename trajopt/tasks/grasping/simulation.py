@@ -1,4 +1,4 @@
-"""Simulation of tasks and of pick and place: whether the fingers hold an object, and its final placement."""
+"""Simulation of tasks and of pick and place, with objects held by friction."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -70,7 +70,6 @@ class PickPlaceRollout:
     """A simulated pick and place.
 
     Attributes:
-        slip: The slip; None without one.
         shift: Largest motion of the object in the hand while held.
         disturbed: Motion of the object before the fingers closed.
         settled: Deviation of the object in the hand from the plan at the beginning of the lift.
@@ -125,7 +124,7 @@ class PickPlaceRollout:
         }
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything measured as numbers and text, ready for JSON."""
+        """Return plain data for JSON."""
         return {
             "object": self.result.name,
             "hold": self.hold.name,
@@ -151,13 +150,11 @@ def simulate_handling(
 ) -> PickPlaceRollout:
     """Execute a pick and place in MuJoCo, where only friction holds the object.
 
-    One world for all stages: the object is a free body on its support, and nothing is attached. The result
-    reports slips.
+    One world for all stages: the object is a free body on its support, and nothing is attached.
 
     Args:
         result: A verified sequence that begins with a pick.
-        friction: Of the object; that of rubber pads if None.
-        limits: Limits beyond which the object counts as slipped.
+        friction: Of the object; rubber pads if None.
         options: Step, gains, settling time; a step of a millisecond if None.
     """
     segments = result.require()
@@ -209,7 +206,7 @@ class TaskRollout(Value):
 
     @property
     def diverged(self) -> float | None:
-        """Time at which the simulation diverged and was stopped [s]; None if it did not."""
+        """Time at which the simulation diverged [s]; None if it did not."""
         return self.log.diverged
 
     @property
@@ -235,7 +232,7 @@ class TaskRollout(Value):
         return "; ".join(parts) + "."
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything measured as numbers and text, ready for JSON."""
+        """Return plain data for JSON."""
         return {
             "task": self.result.name,
             "succeeded": self.succeeded,
@@ -268,9 +265,7 @@ def simulate_task(
     without a grasp, follow their planned tracks; notes name them.
 
     Args:
-        result: A task with a plan.
-        friction: Of the objects; that of rubber pads if None.
-        limits: Limits beyond which an object counts as slipped.
+        friction: Of the objects; rubber pads if None.
         options: Step, gains, settling time; a step of a millisecond if None.
 
     Raises:

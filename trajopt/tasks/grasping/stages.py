@@ -185,7 +185,7 @@ class PlaceObject(Value):
     Attributes:
         places: In order of preference.
         constraints: Requirements while it is carried and lowered.
-        opening: Of the fingers at release [m]; that of the grasp if None, or 2 cm more than before the stage
+        opening: Of the fingers at release [m]; if None, as in the grasp, or 2 cm more than before the stage
             if the object was not grasped, or the largest possible.
     """
 
@@ -347,7 +347,6 @@ def fingers(
     """Return the state after the fingers moved to an opening [m], while the arm rests.
 
     Args:
-        meets: The object that they touch.
         rest: Time after it, for which the arm rests too [s].
     """
     scene = state.scene
@@ -381,7 +380,7 @@ def _blended(line: Straight, search: TaskSearch) -> Straight:
 
 
 def hand_of(scene: Scene, given: Gripper | None) -> Gripper:
-    """Return a given gripper, or that of the robot's SRDF."""
+    """Return a given gripper, or the SRDF's."""
     return gripper_of(scene) if given is None else one_of("gripper", given, Gripper)
 
 

@@ -34,7 +34,7 @@ class LineTrack:
     Attributes:
         end: The group's positions at its far end, shape (n,), or at the last reachable point.
         status: The kind of stop; None if the far end is reached.
-        reason: The stop in words; empty if the far end is reached.
+        reason: The same in words.
     """
 
     end: Floats
@@ -100,9 +100,7 @@ def along_line(
 ) -> tuple[Requirement, Requirement]:
     """Return the requirements that the tool moves on the line between two configurations, without rotation.
 
-    Args:
-        start: Positions of all joints at the beginning [rad | m].
-        goal: Positions of all joints at the end [rad | m].
+    The configurations are positions of all joints [rad | m].
     """
     begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
     line = point_on_line(

@@ -103,7 +103,7 @@ class Reader:
         check: Callable[[object], None],
         forms: Mapping[str, Form] | None = None,
     ) -> None:
-        """Choose what may be read.
+        """Select the classes to read.
 
         Args:
             check_fields: Raises a typed error for arguments whose check in a constructor would take long.
@@ -220,7 +220,7 @@ def is_mapping(value: object) -> TypeGuard[dict[str, object]]:
 
 
 def of_known_type(value: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return an array of a type that files have; integers of other types become those of 64 bits."""
+    """Return an array of a type that files have; integers of other types become 64 bits wide."""
     return value if str(value.dtype) in TYPES else np.asarray(value, np.int64)
 
 

@@ -21,7 +21,7 @@ DEEPEST = 100
 _NESTING = re.compile(r"[\[{]|[\]}]|(?:[-?:][ \t]+){100}|\n {1000}")
 # YAML 1.1 takes 1e-05 (no point) for a string; writers in other languages mean the number.
 _SURROGATE = re.compile(r"[\ud800-\udfff]|\\u[dD][89a-fA-F]")
-"""A surrogate, or its escape: most belong to pairs, and only a lone one is refused."""
+"""A surrogate, or its escape; only a lone one is refused."""
 _EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
 
 

@@ -21,7 +21,7 @@ _MERGE = "tag:yaml.org,2002:merge"
 _TEXT = "tag:yaml.org,2002:str"
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _MALFORMED = (ValueError, ArithmeticError, LookupError, AttributeError, TypeError, RecursionError)
-"""Errors of PyYAML's own constructors, for example of `!!bool maybe`."""
+"""Errors of PyYAML's own constructors."""
 
 
 def read_yaml(path: Path | str) -> list[object]:

@@ -198,7 +198,7 @@ class MimicContradiction(ModelError):
 
 
 class MimicOutOfRange(ModelError):
-    """No position of a joint satisfies its own limits and those of the joints that follow it."""
+    """No position of a joint satisfies its own limits and the limits of the joints that follow it."""
 
     def __init__(self, joint: str, source: str, why: str) -> None:
         self.joint, self.source = joint, source

@@ -115,10 +115,7 @@ def _anything(value: object) -> bool:
 
 
 class Kinds(dict[str, tuple[Test, Any]]):
-    """The type test and annotation of each parameter of a function, created on first use.
-
-    Most calls use few of the parameters, and reading an annotation takes longer than a check.
-    """
+    """The type test and annotation of each parameter of a function, created on first use."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__()

@@ -25,7 +25,7 @@ class Points(Value):
         radius: Of each ball [m].
 
     Raises:
-        ShapeError: If there is no point, or a coordinate is not finite; the message names the point.
+        ShapeError: If there is no point, or a coordinate is not finite.
         SizeError: If the radius is not positive, or the cloud is wider than 50 m.
     """
 
@@ -160,7 +160,7 @@ class Voxels(Value):
         size: Edge of a cube [m].
 
     Raises:
-        ShapeError: If there is no cell, or a key is not a whole number; the message names it.
+        ShapeError: If there is no cell, or a key is not a whole number.
         SizeError: If the size is not positive, or the grid is wider than 50 m.
     """
 

@@ -66,9 +66,9 @@ class Gizmo:
 HAND_GIZMO = 0.22
 """Length of the arrows [m], about a hand's."""
 OPACITY = 0.45
-"""Of the robot at its goal: its colour is to be read at a glance, the robot to be seen through it."""
+"""Of the robot at its goal; the robot is seen through it."""
 SAME = 5e-3
-"""A robot with each joint so near to its goal hides it: it is drawn once [rad | m]."""
+"""A robot this near to its goal in each joint hides it [rad | m]."""
 
 COLOURS: dict[Reachability, Rgb] = {
     Reachability.REACHABLE: (0x22, 0x99, 0x66),

@@ -53,7 +53,7 @@ DIRECTIONS = (pi / 4, -pi / 4, pi / 2, -pi / 2, 3 * pi / 4, -3 * pi / 4, 0.0, pi
 TOUCH = 1e-3
 """Accepted overlap of an object with the bounds of its support [m]."""
 NEAREST = 0.3
-"""No nearer to the base than this is an object put [m]."""
+"""Least distance of a new object from the base [m]."""
 
 
 class ObjectKind(Enum):

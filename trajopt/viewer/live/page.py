@@ -76,7 +76,7 @@ class ShownPanel:
 
 
 DOT = 0.005
-"""Size of the dots of the reach [m]: apart, so that the robot is seen between them."""
+"""Size of the dots of the reach [m]."""
 
 
 class Picture:
@@ -161,7 +161,7 @@ def live_view(
     port: int = 8080,
     host: str = "127.0.0.1",
 ) -> "LiveView":
-    """Serve a page for planning by hand, as `view` does: open its `url`; `wait()` keeps a script alive.
+    """Serve a page for planning by hand, as `view` does.
 
     Args:
         group: The group that moves; if empty the only one, or the first that ends in a hand.
@@ -176,7 +176,6 @@ def live_view(
 
 
 def _still(scene: Scene) -> Scene:
-    """Return a scene in which nothing moves by itself."""
     if one_of("scene", scene, Scene).changing:
         raise ProblemError(
             "live_view: things in the scene move by themselves; show it with view or watch_run"

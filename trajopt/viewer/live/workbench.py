@@ -25,7 +25,7 @@ from trajopt.viewer.clearance import ClearanceQuery
 from trajopt.viewer.drawing import telling_pairs
 
 THERE = 1e-3
-"""A robot with each joint so near to its goal is there already [rad | m]."""
+"""A robot this near to its goal in each joint is there [rad | m]."""
 
 
 class Workbench:
@@ -140,7 +140,7 @@ def chosen_group(robot: Robot) -> str:
 
 
 STARTS = 8
-"""Of the search while the goal is dragged: a goal in reach is found from a few [5 ms for seven joints]."""
+"""Of the search while the goal is dragged, 5 ms for seven joints."""
 SPATIAL = 6
 """Number of joints from which a hand can usually take any orientation."""
 NAMED = 3

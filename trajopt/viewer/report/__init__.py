@@ -1,3 +1,3 @@
-"""Reports: a problem and its outcome as one page, for the screen and for paper."""
+"""Reports: a problem and its outcome as one page."""
 
 from trajopt.viewer.report.page import write_report as write_report

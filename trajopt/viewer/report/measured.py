@@ -290,7 +290,7 @@ class Subject(Value):
 
     Attributes:
         certificate: The judge's verdict on the motion, computed here.
-        words: Sentence beside the verdict; may be empty.
+        words: Sentence next to the verdict; may be empty.
     """
 
     holds: Holds

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 ASPECT = 1.8
-"""Width over height that the motion is framed for: of a page as wide as a screen, half as high."""
+"""Width over height that the motion is framed for."""
 RATE = 25.0
 FEWEST, MOST = 60, 600
 """Smallest and largest number of frames of a motion."""
@@ -167,7 +167,7 @@ SHADOW = 2048
 QUALITY = 85
 """Of their JPEG: artefacts are not seen on paper."""
 WALK = 4.0
-"""Seconds in which a path without timing is walked along: slow enough to be looked at."""
+"""Seconds in which a path without timing is walked along."""
 GOAL = SURFACES[2]
 MOMENT = 1e-3
 """Time between two configurations in one picture [s]: dynamic obstacles hardly move."""
