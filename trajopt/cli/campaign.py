@@ -100,7 +100,6 @@ def remember_rows(folder: FolderArgument, experience: KeptOption) -> None:
 
 
 INTERRUPTED = 130
-"""Exit status after Ctrl-C, as in shells."""
 DEFAULT_STEPS = (0.0, 0.0, 1)
 
 

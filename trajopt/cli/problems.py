@@ -96,7 +96,6 @@ def model_and_motion(
 
 
 def nothing_beside(path: Path, source: RobotSource | None, motions: Path | None) -> None:
-    """Refuse options that repeat the content of a saved result."""
     if source is not None or motions is not None:
         raise FileFormatError(str(path), "contains the whole problem: leave out --robot and --motions")
 

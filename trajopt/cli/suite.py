@@ -170,7 +170,6 @@ def compare(
 
 
 def read_runs(path: Path) -> tuple[RunOutcome, ...]:
-    """Read a file written by `--json`."""
     try:
         document = cast("dict[str, list[dict[str, object]]]", read_json(path))
         return tuple(RunOutcome.from_dict(item) for item in document["results"])

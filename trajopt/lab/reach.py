@@ -37,10 +37,9 @@ class ReachMap(Value):
 
     Attributes:
         origin: Lowest corner of the grid, shape (3,) [m].
-        cell: Edge of a cell [m].
+        cell: Edge [m].
         hits: Configurations with the frame in each cell, shape (X, Y, Z).
         reached: Approach directions in each cell, shape (X, Y, Z).
-        directions: Number of directions into which the sphere is divided.
         manipulability: Largest in each cell, 0 without a sample, shape (X, Y, Z).
         drawn: Number of drawn configurations, including those in collision.
     """
@@ -190,8 +189,6 @@ def _all_met(meet: Callable[[int], "_Met"], count: int, progress: Progress | Non
 
 @dataclass(frozen=True, eq=False)
 class _Met:
-    """Positions, directions and manipulability of the frame in S configurations."""
-
     point: Floats
     direction: Ints
     manipulability: Floats
@@ -231,7 +228,6 @@ def even_directions(count: int) -> Floats:
 HOPELESS = 100 * BATCH
 """Number of draws without a clear one after which the search ends."""
 COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "manipulability", "clear")
-"""Columns after the joints'."""
 
 
 @dataclass(frozen=True, eq=False)

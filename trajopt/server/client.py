@@ -41,7 +41,6 @@ class ServerError(TrajoptError):
 Document: TypeAlias = dict[str, Any]
 Listener: TypeAlias = Callable[[Document], None]
 FULL = 429
-"""HTTP status of a full server."""
 AGAIN = "x-retry-after"
 SHORTEST = 0.01
 """Shortest delay before another try [s]."""
@@ -456,7 +455,7 @@ class AsyncClient:
         timeout: float = 120.0,
         connections: int = 100,
     ) -> None:
-        """Store the address; arguments as for `Client`, and the most simultaneous connections."""
+        """Store the address; arguments as for `Client`."""
         headers = {"authorization": f"Bearer {token}"} if token else {}
         most = httpx.Limits(max_connections=connections, max_keepalive_connections=connections)
         self._http = httpx.AsyncClient(base_url=url, headers=headers, timeout=timeout, limits=most)

@@ -25,14 +25,13 @@ class Limits(Value):
     Attributes:
         workers: Planning processes; by default the number of cores.
         runs: Simultaneously driven robots; each has its own process.
-        waiting: Requests that may wait for a process; further ones are refused, with a delay before another
-            try.
+        waiting: Requests that may wait for a process; further ones are refused.
         waiting_per_session: Likewise for one session, so that it cannot block the others.
         seconds: Time limit of a request, waiting included [s]; a request may set a shorter one.
         grace: Time that a process has to end before it is killed [s].
         memory: Memory of one request, beyond the present memory of its process [bytes].
         bodies: Total size of all requests in progress [bytes].
-        cloud: Points of a cloud in a request; a depth camera of 640 x 480 pixels measures 307,200.
+        cloud: Points of a cloud in a request.
         idle: Idle time after which the longest unused session is removed if there are too many [s].
     """
 

@@ -72,7 +72,6 @@ def unpacked(scene: PackedScene, robots: Mapping[str, Robot]) -> Scene:
 SPACING = 0.05
 """Shortest interval between progress messages of solver steps [s]."""
 ATTEMPT = "optimise"
-"""The first long stage of each attempt."""
 
 
 class Watch:

@@ -28,7 +28,6 @@ from trajopt.values.errors import ProblemError, RobotNotFound, listed, shown
 from trajopt.values.errors.arguments import checked
 
 OPERATIONS = "trajopt.server.operations"
-"""The module of the operations that every server has."""
 DEFAULT = Limits()
 _JSON = msgspec.json.Encoder()
 

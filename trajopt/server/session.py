@@ -28,7 +28,6 @@ from trajopt.values.errors import ModelError
 ID_BYTES = 16
 """Bytes of a session's id; 128 random bits cannot be guessed, so the id grants access."""
 ID = re.compile("[A-Za-z0-9_-]{22}")
-"""Format of ids."""
 SHOWN = 6
 """Characters of an id in the log: enough to distinguish ids, too few to use one."""
 
@@ -71,7 +70,6 @@ class ServiceSession:
         self.run = None
 
     def move(self, positions: list[float]) -> None:
-        """Record the robot's positions [rad | m]."""
         self.positions = positions
 
     def replace(
@@ -158,7 +156,6 @@ class Sessions:
 
 _LOG = logging.getLogger("trajopt.server")
 MODULE = "trajopt.server.session"
-"""Module with the operations of its worker."""
 _JSON = msgspec.json.Encoder()
 Arguments: TypeAlias = Mapping[str, Any]
 Empty: TypeAlias = Mapping[str, tuple[PackedScene, Sequence[float]]]
@@ -248,7 +245,6 @@ def _left_out(name: str, reason: str) -> None:
 
 
 SESSION = "session"
-"""Tag of stored sessions in the file."""
 KINDS = (EntryKind.SCENE, EntryKind.STATE)
 
 

@@ -66,7 +66,6 @@ class WorkerProcess:
         self._writer.write(framed(message))
 
     async def receive(self) -> FromWorker:
-        """Return the next message."""
         try:
             head = await self._reader.readexactly(LENGTH.size)
             return FROM_WORKER.decode(await self._reader.readexactly(LENGTH.unpack(head)[0]))

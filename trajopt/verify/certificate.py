@@ -124,12 +124,7 @@ class PairClearance:
 
 @dataclass(frozen=True, kw_only=True)
 class Unproven:
-    """First interval without a proof of clearance.
-
-    Attributes:
-        begin: Start of the interval [s].
-        end: End of the interval [s].
-    """
+    """First interval without a proof of clearance, from `begin` to `end` [s]."""
 
     first: str
     second: str

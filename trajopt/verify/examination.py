@@ -36,7 +36,6 @@ class PairDistance:
     """Distance of two links or objects.
 
     Attributes:
-        first: One link or object.
         distance: Signed distance, negative in penetration [m].
         required: Required clearance [m].
         proven: Whether the violation exceeds the error of the distance.
@@ -56,13 +55,10 @@ class PairDistance:
 
 @dataclass(frozen=True, kw_only=True)
 class OutOfLimit:
-    """A joint beyond one of its position limits.
+    """A joint beyond one of its position limits [rad | m].
 
     Attributes:
-        position: Its position [rad | m].
-        lower: Its lower limit [rad | m].
-        upper: Its upper limit [rad | m].
-        excess: Distance beyond the limit [rad | m].
+        excess: Distance beyond the limit.
         unit: "rad" or "m".
         follows: Source joint of a mimic joint; otherwise empty.
     """

@@ -37,13 +37,10 @@ from trajopt.verify.specification import Criterion, SampledCheck, Specification,
 
 _DEFAULT = VerifyOptions()
 NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})
-"""No waypoints."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """A motion with its limits and criteria."""
-
     motion: JudgedMotion
     limits: JointLimits
     clearance: ClearanceCriterion
@@ -66,13 +63,7 @@ class Judge:
 
     @checked
     def certify(self, trajectory: Trajectory, specification: Specification) -> Certificate:
-        """Judge a trajectory of the group's joints, and measure its margins.
-
-        Raises:
-            ProblemError: If the trajectory or the limits have other joints than the group, or a requirement
-                has no check.
-            NameNotFound: If a requirement names an unknown frame, joint or object.
-        """
+        """Judge a trajectory of the group's joints, and measure its margins; raises as `verify`."""
         before, judged = self._calls, self._criteria(trajectory, specification)
         checks = tuple(chain.from_iterable(criterion.measure() for criterion in judged.criteria))
         found, motion = judged.clearance.finding, judged.motion
@@ -158,7 +149,7 @@ class Judge:
         """Check requirements at a configuration, as at the end of a motion.
 
         Args:
-            positions: Positions of the group's joints, shape (n,) [rad | m].
+            positions: Of the group's joints, shape (n,) [rad | m].
 
         Raises:
             ShapeError: Unless there is one finite position per joint.
@@ -231,7 +222,6 @@ def verify(
         partial: Requirements between waypoints.
         sampled: Constraints in user code, judged at samples.
         limits: Of the group's joints, or of these and of their mimic joints; the robot's by default.
-        tool_speeds: Largest tool speeds.
         start_velocities: Shape (n,) [rad/s | m/s]; at rest by default.
         start_accelerations: Shape (n,) [rad/s^2 | m/s^2]; zero by default.
         dwell: Time for which the robot stays clear at rest after the end; for a moving goal, the time for

@@ -74,7 +74,7 @@ class Bundle(Value):
         arguments: Of the planning call; None if not planned or unknown.
         custom_method: Whether the method was an object with its own options, which a file cannot hold.
         trajectory: The motion, verified or not; None if planning did not reach one.
-        path_planned: The path without timing; None if planning did not reach one.
+        path_planned: Likewise, without timing.
         proof: Of the motion, if it was requested; `proof.check()` runs the checker.
     """
 
@@ -345,7 +345,7 @@ def read_result(path: Path | str, *, meshes: Path | str | None = None) -> Value:
     """Read the result of a task, of a pick and place, or of following a curve; its motions are judged again.
 
     Args:
-        meshes: Folder for unpacking the visual meshes; None leaves them packed.
+        meshes: As in `read_bundle`.
 
     Raises:
         FileFormatError: If the file is invalid, holds something else, or a motion that is not proven.

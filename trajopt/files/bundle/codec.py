@@ -249,8 +249,7 @@ _FRAMES = {
 def _continuous(axis: Floats) -> Any:
     """Return a joint without limits about an axis, exact to the last digit.
 
-    Its constructor takes no axis, and the URDF reader rounds; so the exact axis overwrites that of a joint
-    from URDF.
+    Its constructor takes no axis, and the URDF reader rounds, so the axis is overwritten afterwards.
     """
     model = pin.buildModelFromXML(_CONTINUOUS)
     read = _axis(model.joints[1])

@@ -38,12 +38,9 @@ from trajopt.verify import Judge
 LARGEST = 2**28
 """Largest unpacked size of all members together, equal to the limit of other files [bytes]."""
 LARGEST_ARRAY = 2**26
-"""Largest size of an array, eight million numbers; checks make copies of it [bytes]."""
+"""Largest array, eight million numbers [bytes]."""
 LARGEST_DOCUMENT = 2**24
-"""Largest size of a JSON document without its arrays and meshes; parsing takes up to thirty times as much
-memory
-[bytes].
-"""
+"""Largest JSON document without its arrays and meshes [bytes]; parsing needs thirty times the memory."""
 _TYPES = ("<f8", "<i8", "<i4", "|b1")
 MOST_MEMBERS = 20_000
 """Most members; each object of a large scene has several arrays."""
@@ -197,7 +194,7 @@ def shared_document(
     *,
     file_name: Callable[[Path], str] | None = None,
 ) -> tuple[dict[str, object], BundleWriter]:
-    """Return the document of a value with what it shares, and the writer with its arrays and files.
+    """Return a value's document with the shared values, and the writer with its arrays and files.
 
     Args:
         file_name: Returns the name of a file; files become members when None.
@@ -239,7 +236,7 @@ def shared_value_of(
     known: Mapping[str, object] | None = None,
     kinds: Kinds | None = None,
 ) -> object:
-    """Return the value of a document with what it shares; motions in it are judged here."""
+    """Return the value of a document with shared values; motions in it are judged here."""
     values, shared = known or {}, list[object]()
 
     def shared_value(reference: Node) -> object:

@@ -64,7 +64,7 @@ class ProgramSection(Value):
     Attributes:
         curve: The curve that the motion follows; None without one.
         gripped: Objects attached to the robot at its end.
-        released: Objects detached from the robot at its end.
+        released: Objects detached there.
     """
 
     title: str

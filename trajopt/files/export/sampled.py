@@ -161,7 +161,7 @@ def _peaks(motion: Trajectory, times: Floats, order: int) -> Floats:
 
 
 RATE = 50.0
-"""Default sample rate, as of a recorded run [1/s]."""
+"""Default sample rate, as in recorded runs [1/s]."""
 
 
 @checked

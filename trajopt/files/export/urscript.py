@@ -21,7 +21,6 @@ from trajopt.values.printed import in_number
 from trajopt.values.trajectory import Trajectory
 
 OTHERS = "csv, ros2, ros2-topic and moveit"
-"""Formats that move any arm."""
 UR_JOINTS = (
     "shoulder_pan_joint",
     "shoulder_lift_joint",
@@ -36,10 +35,7 @@ CONTROL_RATE = 125.0
 e-Series' 500 [1/s].
 """
 AT_START = 0.01
-"""Largest distance of a joint from the start of the motion when the program begins: half a degree, more than
-the error of
-an arm at rest [rad].
-"""
+"""Largest joint distance from the motion's start when the program begins [rad], above the error at rest."""
 FASTEST_RATE = 500.0
 """Cycles per second of the e-Series [1/s]."""
 STOPPING = 2.0
@@ -57,9 +53,8 @@ _STILL = 1e-5
 _SHORTEST_REST = 0.02
 """Shorter rests are not written as waits; a smooth start looks the same [s]."""
 ALIGNING = 0.1
-"""Speed to the start of a stream: after a curve the arm is beside it by the arm's calibration [rad/s]."""
+"""Speed to the start of a stream, which calibration errors displace after a curve [rad/s]."""
 OUTPUTS = 8
-"""Number of standard digital outputs."""
 TURN_ARM = 0.1
 """Length that makes a turn a distance, for the accuracy of rotations along a curve [m]."""
 NEAR = 0.4

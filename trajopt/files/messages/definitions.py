@@ -17,7 +17,6 @@ INTEGERS = {
     for sign in ("", "u")
     for bits in (8, 16, 32, 64)
 }
-"""Least and largest number of each integer type."""
 INITIAL: Mapping[str, object] = {
     **dict.fromkeys(INTEGERS, 0),
     **dict.fromkeys(("float32", "float64"), 0.0),

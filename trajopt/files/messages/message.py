@@ -130,7 +130,7 @@ def message_named(name: str) -> type[Any]:
 
 
 def classes_of(package: str) -> Mapping[str, type[Message]]:
-    """Return the classes of a package's messages by name, such as those of "std_msgs"."""
+    """Return the classes of a package's messages, such as "std_msgs", by name."""
     names = (each.partition("/") for each in definitions())
     return {name: _class_of(f"{package}/{name}") for owner, _, name in names if owner == package}
 
@@ -157,7 +157,6 @@ PACKAGES = (
     "trajectory_msgs",
     "visualization_msgs",
 )
-"""Packages whose messages MoveIt's scripts use."""
 
 
 def import_package(parent: str, name: str) -> ModuleType:
@@ -421,7 +420,6 @@ def _list_of(element: Decoder) -> Decoder:
 
 
 _PARTS = tuple(zip(*(each.seconds for each in Generation), strict=True))
-"""Field names of seconds and of nanoseconds."""
 
 
 def _stamp(kind: type[Stamp]) -> Decoder:

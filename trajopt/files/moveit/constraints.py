@@ -148,9 +148,8 @@ def _along_header(
     """Return a rotation vector's tolerance, which MoveIt defines along the axes of the header.
 
     A requirement defines it along the axes of the goal orientation R_g. If R_g only permutes axes, so are the
-    tolerances.
-    Otherwise the link gets a copy of its frame, rotated by R_g^T, whose goal is aligned with the header's
-    axes: log(R R_g^T) = log(I^T (R R_g^T)).
+    tolerances. Otherwise the link gets a copy of its frame, rotated by R_g^T, whose goal is aligned with the
+    header's axes: log(R R_g^T) = log(I^T (R R_g^T)).
     """
     vector = RotationCoordinates.ROTATION_VECTOR
     axes = np.abs(rotation).argmax(axis=0)

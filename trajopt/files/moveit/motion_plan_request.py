@@ -104,7 +104,7 @@ def request_of(
     Args:
         state: Joint -> position, for joints that the start state leaves out [rad | m]; others are at their
             default.
-        frames: Frame ids that mean the world; those of every file when None.
+        frames: Frame ids of the world; see `world_names` when None.
     """
     document.only(field_names(MotionPlanRequest))
     notes: list[str] = []

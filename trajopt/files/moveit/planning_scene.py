@@ -116,7 +116,6 @@ class SceneFile:
     """The content of a planning scene file.
 
     Attributes:
-        scene: The robot among the objects.
         state: Joint positions given in the file, by joint [rad | m].
         world_names: Frame ids that mean the world in this file.
         notes: Sentences on omissions and deviations from the file.
@@ -138,8 +137,8 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
     """Read a `moveit_msgs/PlanningScene` from YAML.
 
     Objects in the frame of a link are placed in the world at the file's robot state. A fixed frame in a frame
-    of the robot becomes a tool frame (`Scene.with_tool`). Link padding becomes a required clearance from
-    world objects, and link scale scales the link's collision shapes. Colours are ignored.
+    of the robot becomes a tool frame (`Scene.with_tool`). Link padding and scale: see `with_padding`. Colours
+    are ignored.
 
     Args:
         meshes: Conversion of meshes to convex shapes; the default policy when None.

@@ -44,8 +44,7 @@ def write_message(path: Path | str, document: dict[str, object]) -> None:
 def read_points(node: Node) -> Trajectory:
     """Return the trajectory of `joint_names` and `points`; other members are ignored.
 
-    Points are interpolated by quintic polynomials if they have accelerations, by cubic polynomials if they
-    have only velocities, else linearly. An empty list counts as absent.
+    Interpolated as by `read_trajectory`; an empty list counts as absent.
     """
     names = tuple(name.text() for name in node["joint_names"].elements())
     if not names or len(set(names)) != len(names):
@@ -168,8 +167,7 @@ def turned_from(start: Mapping[str, float], trajectory: Trajectory) -> Trajector
     """Return a trajectory with the yaw of its planar joints shifted by full turns to match the start.
 
     Args:
-        start: Joint -> start position [rad | m].
-        trajectory: The trajectory; joints that are not in `start` are unchanged.
+        start: Joint -> start position [rad | m]; other joints are unchanged.
     """
     positions = np.array(trajectory.positions)
     for stem in planar_joints(trajectory.joint_names):
@@ -430,9 +428,8 @@ def read_trajectory(path: Path | str) -> Trajectory:
 
     A plan's JSON, a `moveit_msgs/RobotTrajectory`, a `trajectory_msgs/JointTrajectory`, or the goal of a
     `control_msgs/action/FollowJointTrajectory` (each JSON if the file name ends in .json, else YAML), or a
-    table in .csv with columns `time`, `position_JOINT`, `velocity_JOINT` and `acceleration_JOINT`. Points are
-    interpolated by quintic polynomials with accelerations, by cubic ones with velocities, else linearly.
-    Tolerances of a goal are ignored.
+    table in .csv (`read_table`). Points are interpolated by quintic polynomials with accelerations, by cubic
+    ones with velocities, else linearly. Tolerances of a goal are ignored.
 
     Raises:
         FileFormatError: If the file is incomplete or malformed.

@@ -21,13 +21,12 @@ FINEST = 32_767
 SHORTEST = 1e-5
 """Shorter intervals are not cut [s]."""
 SHORTEST_OF_CLOUDS = 5e-3
-"""Likewise for a part around several points of a cloud: the part itself is cut [s]."""
+"""Likewise for parts around several points of a cloud, which are cut instead [s]."""
 MOST_PARTS = 5_000
-"""Most convex parts of a proof."""
 SURE = 1.0 + 1e-6
-"""Bounds are taken this much larger than they are, so that the checker's rounding does not matter."""
+"""Factor on bounds that covers the checker's rounding."""
 SLACK = 1e-9
-"""Distances likewise [m]."""
+"""Likewise, added to distances [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +42,7 @@ class Leaves:
         return Leaves(self.pair[which], self.begin[which], self.end[which], self.direction[which])
 
     def beside(self, kept: Bools, others: "Leaves") -> "Leaves":
-        """Return the leaves of pairs that are kept, renumbered, and behind them those of other pairs."""
+        """Return the leaves of kept pairs, renumbered, followed by the leaves of other pairs."""
         few = self.take(kept[self.pair])
         return Leaves(
             np.concatenate((np.cumsum(kept)[few.pair] - 1, others.pair + np.count_nonzero(kept))),
@@ -54,7 +53,7 @@ class Leaves:
 
 
 def separated(motion: JudgedMotion, pairs: Pairs) -> tuple[Pairs, Leaves, Leaves]:
-    """Search for leaves, and cut parts around clouds as finely as needed; also return what is given up."""
+    """Search for leaves, cutting parts around clouds if needed; return pairs, leaves and failed intervals."""
     leaves, lost = LeafSearch(motion, pairs).search()
     while coarse := pairs.coarse(set(lost.pair.tolist())):
         finer, kept = pairs.cut(coarse)

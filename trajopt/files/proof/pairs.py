@@ -33,7 +33,7 @@ ALL_TIME = (-np.inf, np.inf)
 TOUCHING = "contact is accepted for a time, which was judged and is not part of this proof"
 MEETING = "their hulls meet: only the judge proves exact meshes apart"
 HALVINGS = 3
-"""A part around points of a cloud is cut into two halves this many times."""
+"""Halvings of a part around points of a cloud."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,6 @@ def convex_part(body: FixedBody) -> ConvexPart | None:
 
 
 def cloud_centres(body: FixedBody) -> Floats:
-    """Return the centres of the balls or cubes of a cloud, in the body's frame, shape (n, 3) [m]."""
     return centres_of(body.shape) if isinstance(body.shape, Points | Voxels) else np.zeros((0, 3))
 
 
@@ -170,15 +169,15 @@ def _outline(shape: Shape) -> tuple[Floats, float, Floats] | None:
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Pairs of convex parts that a proof is about.
+    """Pairs of convex parts in a proof.
 
     Attributes:
-        pairs: Two of them in each row, shape (p, 2).
+        pairs: Indices of two parts in each row, shape (p, 2).
         required: Clearance of each pair, shape (p,) [m].
         excused: Two owners, and the reason why they need not keep apart.
         changes: Objects that are not always there, or only near their place.
         contacts: Owners that keep apart only from the first time until the second [s].
-        first_driven: The first joint that carries them.
+        first_driven: The first joint of a track.
     """
 
     parts: tuple[ConvexPart, ...]
@@ -235,12 +234,12 @@ class Pairs:
         return [self.changes.get(part.body.owner, ALWAYS) for part in self.parts]
 
     def coarse(self, lost: Collection[int]) -> tuple[int, ...]:
-        """Return the parts of lost pairs that are around more than one point of a cloud."""
+        """Return the parts of lost pairs around several points of a cloud."""
         among: set[int] = {part for pair in lost for part in self.pairs[pair].tolist()}
         return tuple(part for part in sorted(among) if self.parts[part].divisible)
 
     def cut(self, coarse: Collection[int]) -> tuple["Pairs", Bools]:
-        """Return the pairs of the pieces of some parts, and which pairs they do not replace."""
+        """Return the pairs of the pieces of some parts, and which pairs stay."""
         parts, pieces = list(self.parts), dict[int, list[int]]()
         for part in coarse:
             cut = [self.parts[part]]
@@ -259,12 +258,11 @@ class Pairs:
         return replace(self, parts=tuple(parts), pairs=finer, required=self.required[origin]), kept
 
     def owners(self, pair: int) -> frozenset[str]:
-        """Return the two owners of a pair's parts."""
         one, other = self.pairs[pair].tolist()
         return _owners(self.parts, one, other)
 
     def excusing(self, lost: Collection[int]) -> "Pairs":
-        """Return the pairs without those of the owners of lost ones, which are excused with a reason."""
+        """Return the pairs of other owners, with the owners of lost pairs excused."""
         gone = {self.owners(pair) for pair in lost}
         kept = [self.owners(pair) not in gone for pair in range(len(self.pairs))]
         excused = tuple(

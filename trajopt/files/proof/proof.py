@@ -52,13 +52,7 @@ LARGEST = 64 * 2**20
 
 @dataclass(frozen=True)
 class ProofSize:
-    """The size of a proof.
-
-    Attributes:
-        statement: Bytes of the statement.
-        witness: Bytes of the witness.
-        times: Number of times in the grid.
-    """
+    """Bytes of statement and witness of a proof, and number of times in the grid."""
 
     statement: int
     witness: int
@@ -74,11 +68,7 @@ class ProofSize:
 
 @dataclass(frozen=True, eq=False)
 class MotionProof:
-    """A motion with the witness by which a small checker, without trajopt, proves it (docs/proofs.md).
-
-    Attributes:
-        data: The content of a proof file.
-    """
+    """A motion with the witness by which a small checker, without trajopt, proves it (docs/proofs.md)."""
 
     data: bytes
 
@@ -307,7 +297,6 @@ def judged_motion(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
 
 
 def _with_rest(trajectory: Trajectory, duration: float) -> Trajectory:
-    """Return a trajectory that stays at its end for some time [s]."""
     orders = (trajectory.velocities, trajectory.accelerations)
     still = (None if each is None else np.vstack((each, np.zeros_like(each[-1:]))) for each in orders)
     times = np.append(trajectory.times, trajectory.duration + duration)

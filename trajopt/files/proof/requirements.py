@@ -29,9 +29,9 @@ from trajopt.verify.kernel.relative_motion import PointMotion, RelativeMotion
 Shown = Callable[[Floats, Floats], Bools]
 """Returns whether the checker can show a requirement in intervals, given by begin and end, (c,) each."""
 TIGHT = 0.02
-"""In the intervals of a steady speed it is known within this share of the limit."""
+"""Largest error of a steady speed, as a share of the limit."""
 MARGIN = 1.1
-"""Bounds of paths are taken this much larger: the checker's own differ a little."""
+"""Factor on bounds of paths, as the checker's differ a little."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Whether a verified motion stands in a scene with moved objects."""
+"""Proof of a verified motion in a scene with moved objects."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -44,11 +44,7 @@ class StandingMotion:
 
     @checked
     def __init__(self, problem: Problem, trajectory: Trajectory) -> None:
-        """Verify a motion.
-
-        Args:
-            problem: The problem, with one goal.
-            trajectory: Of the group's joints, with velocities.
+        """Verify a motion, with velocities, of a problem with one goal.
 
         Raises:
             ProblemError: If the judge does not verify the motion.

@@ -25,7 +25,7 @@ class Asked:
     """The requirements of a proof.
 
     Attributes:
-        records: Requirements to state, those of all times if they can be shown.
+        records: Requirements to state; at all times only if they can be shown.
         judged: Sentences on facts not part of the proof.
         times: Moments that the grid must have [s].
     """
@@ -63,7 +63,6 @@ def asked(problem: Problem, motion: JudgedMotion) -> Asked:
 
 
 def _in_part(record: RequirementRecord | None, since: float, until: float) -> RequirementRecord | None:
-    """Return a requirement of all times as one of a part of the motion."""
     if record is None or record.shown is None:
         return None
     whole = record.shown
@@ -109,7 +108,6 @@ def _on_the_way(
 
 
 def followed_goals(problem: Problem) -> tuple[Requirement, ...]:
-    """Return goals that are relative to a moving object."""
     reduced, timed = problem.reduced, problem.reduced.timed
     moving = set[str]() if timed is None else timed.reduced.anchors.keys() - reduced.anchors.keys()
     return tuple(goal for goal in problem.goals if moving.intersection(goal.frames))
@@ -171,7 +169,6 @@ def statement(
 
 
 def stated_motion(motion: JudgedMotion) -> Document:
-    """Return the points of a motion as a proof states them."""
     trajectory = motion.trajectory
     rows = (trajectory.positions, trajectory.velocities, trajectory.accelerations)
     return {

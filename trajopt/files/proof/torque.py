@@ -14,7 +14,7 @@ from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.motion import JudgedMotion
 
 SHORTEST_OF_TORQUE = 1e-3
-"""Shorter intervals are not cut for the sake of torque [s]: at a limit that is just kept there is no end."""
+"""Shorter intervals are not cut for torque [s], which may just keep its limit."""
 CROSS = np.array(
     [[[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
      [[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
@@ -29,7 +29,6 @@ OUTWARD, INWARD = "cij,cj->ci", "cji,cj->ci"
 
 
 def stated_torque(motion: JudgedMotion, limits: JointLimits) -> RequirementRecord | None:
-    """Return the torque limits of a motion as a proof states them; None if there are none."""
     words = f"torque: sampled at {len(inverse_dynamics(motion)[0])} times, not proven"
     return _stated(motion, limits.effort, still=False, words=words)
 

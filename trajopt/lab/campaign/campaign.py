@@ -68,9 +68,8 @@ class Options:
 DEFAULT_OPTIONS = (Options(),)
 """The defaults of `plan(problem)`."""
 LONGEST = 300.0
-"""Wall-clock time after which a problem counts as hanging [s]: a thousand times the usual time."""
+"""Wall-clock time after which a problem counts as hanging [s]."""
 SYSTEM = frozenset({"python", "machine"})
-"""Versions that are noted, and make no other row."""
 
 
 @dataclass(frozen=True)

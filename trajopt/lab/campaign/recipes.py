@@ -32,7 +32,6 @@ from trajopt.values.errors import CampaignError, FileFormatError, ProblemError, 
 from trajopt.values.placement import WORLD, Placement, placement
 
 DOCUMENT = "document.json"
-"""The member of a document's file with the value; arrays and meshes are further members."""
 SUFFIX, MESHES = ".zip", "meshes/"
 VALUES_KEPT = 16
 """Robots, scenes and problems that a process keeps: campaigns process scenes in sequence."""

@@ -1,4 +1,4 @@
-"""run_campaign(campaign, folder): every problem planned once, however often it has to be begun again."""
+"""run_campaign(campaign, folder): plan every problem once, across interruptions."""
 
 import time
 from collections import deque
@@ -74,8 +74,6 @@ def run_campaign(
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignFolder:
     """Plan every problem of a campaign, and store a row for each in a folder.
-
-    `resume_campaign` continues an interrupted campaign.
 
     Args:
         engine: Processes of this machine if None.

@@ -181,7 +181,7 @@ def base_placements(
 
     Args:
         x: Places of its root in the world [m], as `y` and `z`.
-        yaw: Its turns about the vertical [rad].
+        yaw: Angles about the vertical [rad].
 
     Raises:
         ProblemError: If there is no task or no placement, or a robot has a moving base.

@@ -15,7 +15,6 @@ from trajopt.values.errors import CampaignError
 from trajopt.values.errors.arguments import checked
 
 LEVEL = 0.95
-"""Confidence of every interval."""
 NORMAL = 1.959963984540054
 """Quantile of the normal distribution for 95 %."""
 
@@ -72,7 +71,6 @@ COLUMNS = (
 )
 """Columns that a summary reads; not the motions."""
 AXES = ("x", "y", "yaw")
-"""Parameters of a base's placement."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ class RowGroup:
     Attributes:
         cpu_median: Median CPU time of one problem [s]; None if not measured.
         duration: Median duration of the verified motions [s]; None without any.
-        clearance: The smallest proven clearance [m]; None without any.
+        clearance: Smallest proven one [m]; None without any.
     """
 
     name: str

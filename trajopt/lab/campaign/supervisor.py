@@ -31,7 +31,7 @@ PIPED, LETTERS = 64, 2**15
 its supervisor is busy, and sending never blocks.
 """
 ROOM = 2**18
-"""Requested socket buffer [bytes]: the default is eight thousand on some systems, 200,000 on Linux."""
+"""Requested socket buffer [bytes]."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment that keeps libraries from using the cores of other workers."""
 

@@ -17,8 +17,8 @@ from trajopt.values.errors import TrajoptError
 from trajopt.values.processes import die_with_parent
 
 BUNCH, BUNCH_SECONDS = 16, 0.25
-"""Most rows sent together, and longest delay [s]. Sending a row costs half a millisecond of two processes.
-A quarter of the problems that the worker has in advance, so that it never waits.
+"""Most rows sent together, a quarter of the problems that the worker has in advance; and longest delay
+[s].
 """
 
 

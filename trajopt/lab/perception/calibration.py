@@ -107,7 +107,7 @@ class Mount(Value):
 
 
 def read_hand_eye(path: Path | str) -> Mount:
-    """Read the mounting of a camera on a robot, or beside it, from YAML or JSON.
+    """Read the mounting of a camera, on the robot or in its cell, from YAML or JSON.
 
     It reads the files of easy_handeye (`eye_on_hand`, `robot_effector_frame`, `transformation`)
     and easy_handeye2 (`parameters`, `transform`), and a plain transform as ROS prints it (`header.frame_id`,

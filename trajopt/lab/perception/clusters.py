@@ -57,7 +57,7 @@ DEFAULT = Clustering()
 def clusters(cloud: Points, clustering: Clustering = DEFAULT) -> tuple[Cluster, ...]:
     """Return the connected parts of a cloud, the largest first.
 
-    Points in no cluster must stay in the cloud; those of a cluster may be replaced by its box.
+    Points in no cluster must stay in the cloud; a cluster's points may be replaced by its box.
     """
     found: list[Cluster] = []
     for own in groups(cloud.points, clustering.gap):
@@ -171,7 +171,7 @@ SEEDS = 400
 AROUND = 24
 """Number of neighbours that determine a plane at a place: two rings of cells."""
 LEVEL = float(np.cos(np.deg2rad(5.0)))
-"""A plane is level, or upright, to within 5 degrees: as floors and walls are built, and cameras placed."""
+"""A plane is level, or upright, to within 5 degrees."""
 
 
 @dataclass(frozen=True, eq=False)

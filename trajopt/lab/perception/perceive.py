@@ -142,7 +142,7 @@ def with_unseen(
 
     A cube is empty if every pixel of an image that sees any of it measured a surface behind it, less the
     noise. The robot's place at the time of an image, with `sensing.padding`, is not solid: otherwise it could
-    not move. Certificates state this assumption. See docs/clouds.md#from-a-camera.
+    not move. See docs/clouds.md#from-a-camera.
 
     Args:
         sensing: Parameters, with a workspace.
@@ -246,8 +246,7 @@ ENOUGH = 0.5
 class Sight:
     """The space that one image shows to be empty.
 
-    Each pixel sees up to its measurement, less its noise; up to the end of its range if nothing is in range;
-    and nothing without a measurement.
+    Each pixel sees up to its measurement, less its noise, or to the end of its range if nothing is in range.
 
     Attributes:
         where: Of the camera's optical frame in the world.
@@ -341,8 +340,6 @@ def _bridged(seen: Singles, pixels: int) -> Singles:
 
 @dataclass(frozen=True, eq=False)
 class _Solid:
-    """A shape prepared for containment queries, with its box and the planes of flat faces."""
-
     shape: shapes.Shape
     lower: Floats
     upper: Floats

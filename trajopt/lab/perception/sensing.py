@@ -46,10 +46,9 @@ class Sensing(Value):
             errors of the camera's placement and of the robot's model.
         sigmas: Standard deviations of the noise within the balls: 3 covers 99.7 % of normal errors.
         tilt: Largest tilt of a surface, relative to facing the camera, at which no gap is left between
-            neighbouring pixels [rad]. Beyond 60 degrees cameras are unreliable.
+            neighbouring pixels [rad].
         bridged: A pixel without a measurement takes the nearest one within this number of pixels, if most of
-            these measured; 0 turns this off. Cameras lose single pixels, and lines of them along edges;
-            thinner things may be missed.
+            these measured; 0 turns this off. Thinner things may be missed.
         known: Objects of the scene that are measured too, and stay: measurements within `padding` are
             skipped.
     """
@@ -87,10 +86,7 @@ DEFAULT = Sensing()
 
 
 ROUNDING = 8.0 * 2.0**-24
-"""Relative rounding error of single-precision coordinates: half a step in each factor, of three products and
-the
-sums with the shift.
-"""
+"""Relative rounding error of single-precision coordinates: of three products and the sums with the shift."""
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,6 @@ class ProposedGroup:
         base: First link of its chain; empty for a gripper and for a base on wheels.
         tip: Last link of its chain; for a gripper the link that carries the fingers, for a base on wheels the
             link that the joint to the world moves.
-        links: A gripper's links.
         joints: Moving joints, including mimics.
         driven: Moving joints without mimics and without the joint between world and base.
         parent_link: For a gripper: the link that it is fixed to.

@@ -42,8 +42,7 @@ class Confidence:
     collides in a larger share of the configurations.
 
     Attributes:
-        share: Of the configurations, in (0, 1).
-        level: The confidence, in (0, 1).
+        share: Of the configurations, in (0, 1), as `level`.
     """
 
     share: float = 1e-4
@@ -346,8 +345,6 @@ def judge_pairs(
 
 @dataclass(frozen=True, eq=False)
 class _PairJudge:
-    """Decides the verdict on a pair."""
-
     tree: LinkTree
     solid: frozenset[str]
     confidence: Confidence

@@ -42,10 +42,9 @@ class SrdfProposal:
     """A proposed SRDF, with its evidence.
 
     Attributes:
-        confidence: Confidence of "never".
+        confidence: Of "never".
         evidence: Of every pair of links with collision bodies.
         disabled: Reason by the two links of each pair that need not be checked.
-        groups: Chains, grippers, the base on wheels, and groups that join others.
         states: Joint -> position [rad | m] by (group, state).
         end_effectors: The parent of each gripper.
         findings: Suspicious parts of the URDF, and certain or possible joints of grippers.
@@ -280,12 +279,7 @@ def srdf_text(
     end_effectors: Sequence[EndEffector],
     disabled: Mapping[tuple[str, str], str],
 ) -> str:
-    """Write an SRDF.
-
-    Args:
-        states: Joint -> position [rad | m] by (group, state).
-        disabled: Reason by the two links of each unchecked pair.
-    """
+    """Write an SRDF; arguments as in `SrdfProposal`."""
     root = ElementTree.Element("robot", name=name)
     for group in groups:
         if group.is_base:

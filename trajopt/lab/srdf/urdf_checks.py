@@ -20,10 +20,7 @@ from trajopt.values.shapes.shapes import Shape, placed_box
 LARGE = 5.0
 """A link or an offset between links larger than this looks like millimetres [m]."""
 WIDE = 8.0 * np.pi + 1e-3
-"""A wider range of a turning joint looks like degrees [rad]: wrists of industrial arms turn by 400 degrees
-and more
-each way.
-"""
+"""A wider range of a turning joint looks like degrees [rad]; wrists may turn by 400 degrees each way."""
 MISMATCH = 1.5
 """Visual and collision shapes differ if one is larger along an axis by this factor and more than `SLACK`."""
 SLACK = 0.03

@@ -33,11 +33,7 @@ def document(title: str, style: str, body: str) -> str:
 def table(
     head: Sequence[str], rows: Sequence[Sequence[str]], *, numbers: Sequence[str] = (), kind: str = ""
 ) -> str:
-    """Return a table.
-
-    Args:
-        kind: Class of the table, for a page's style.
-    """
+    """Return a table; `kind` is its class in a page's style."""
     sides = [" class=n" if name in numbers else "" for name in head]
     titles = "".join(f"<th{side}>{escape(name)}</th>" for name, side in zip(head, sides, strict=True))
     body = "".join(

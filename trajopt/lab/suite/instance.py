@@ -33,7 +33,6 @@ STANDARD = (
 """Default installed problems: few, short, of all arms."""
 
 _EXPECTED = "expected_status"
-"""Attribute that a function which makes a problem without a solution carries."""
 
 
 @checked

@@ -40,12 +40,10 @@ class RunOutcome:
 
     Attributes:
         draw: 0, or the number of a random instance.
-        certainty: Of the status.
         won_by: Kind of the successful seed, or None.
         setup_seconds: CPU time of making the problem, including its files [s].
         cpu_seconds: CPU time of planning, including the judge [s].
         stages: CPU time by stage [s].
-        counts: Exact numbers of the work done.
         iterations: Steps of the solver, over all seeds; 0 if not recorded.
         cost: Of the solver's last path; None without one.
         duration: Of the motion [s]; None without one, like the next two.

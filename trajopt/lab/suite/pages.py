@@ -41,7 +41,6 @@ def suite_page(
 
     Args:
         pictures: A thumbnail of each, by the problem's name and the number of its instance.
-        remark: A sentence for the head of the page.
     """
     drawn = pictures or {}
     lines = [_one(outcome, drawn.get((outcome.problem, outcome.draw))) for outcome in outcomes]
@@ -184,7 +183,6 @@ figure { margin: 0 0 1.5rem; } figure img { max-width: 100%; height: auto; backg
   border: 1px solid var(--line); border-radius: 6px; } figcaption { opacity: .8; font-size: .9rem; }
 """
 TEXTS = {"problem", "solver", "outcome", "broken"}
-"""Columns that hold words; all others hold numbers."""
 
 
 def comparison_page(
@@ -197,7 +195,6 @@ def comparison_page(
 
     Args:
         pictures: A thumbnail of each motion, by problem and method; none when None.
-        remark: A sentence for the head of the page.
     """
     found = summaries(outcomes)
     problems = list(dict.fromkeys(run.problem for run in outcomes))

@@ -24,7 +24,6 @@ from trajopt.values.errors.arguments import checked
 from trajopt.verify import Check
 
 TIP_SAMPLES = 60
-"""Places along a motion at which the tip is noted."""
 
 
 @checked

@@ -140,7 +140,7 @@ class GroupBase:
         *,
         world: World | None = None,
     ) -> None:
-        """Select a group; the world is by default that of the enclosing `with` block."""
+        """Select a group; the world is by default the one of the enclosing `with` block."""
         self._world = world_or_current(world)
         self._group = self._world.group(name)
         self._tip = end_link(self._world.robot, self._group.name)

@@ -62,13 +62,11 @@ from trajopt.values.trajectory import Path, Trajectory
 R = TypeVar("R")
 
 THIRD = 3
-"""Index of the third argument, after `self`."""
 ALGORITHMS = (
     "iterative_time_parameterization",
     "iterative_spline_parameterization",
     "time_optimal_trajectory_generation",
 )
-"""MoveIt's names of retiming algorithms."""
 PATH_TOLERANCE = 1e-3
 """Largest deviation of the timed motion from the path [m]; MoveIt's default is 0.1 rad in every joint."""
 
@@ -103,7 +101,7 @@ class GroupMotions(GroupBase):
         Args:
             eef_step: As in MoveIt, > 0 [m]; ignored, because the lines are checked continuously.
             avoid_collisions: Whether to stop before a collision; a preceding `jump_threshold` is ignored.
-            path_constraints: Further constraints (Constraints); the motion ends where they are violated.
+            path_constraints: Further constraints (Constraints); a violation ends the motion.
 
         Returns:
             The motion, and the followed fraction of the path; `get_last_followed` contains the reason if the
@@ -480,7 +478,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         Args:
             ref_state_in: A RobotState, for the joints outside the group.
             velocity_scaling_factor: Factor in (0, 1] on the velocity limits.
-            acceleration_scaling_factor: Factor in (0, 1] on the acceleration limits.
+            acceleration_scaling_factor: Likewise.
             algorithm: One of MoveIt's names; all select the same algorithm, which also limits jerk and
                 torque.
         """

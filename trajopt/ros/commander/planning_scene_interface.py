@@ -29,7 +29,7 @@ class PlanningSceneInterface:
     """Edits the scene of a world; the next plan uses each edit."""
 
     def __init__(self, ns: str = "", synchronous: bool = True, *, world: World | None = None) -> None:
-        """Select a world, by default that of the enclosing `with` block; edits are always synchronous."""
+        """Select a world, by default the one of the enclosing `with` block; edits are synchronous."""
         self._world = world_or_current(world)
 
     def add_object(self, collision_object: Any) -> None:

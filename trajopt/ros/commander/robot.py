@@ -19,7 +19,6 @@ from trajopt.values.errors import FrameNotFound, GroupNotFound, JointNotFound, s
 from trajopt.values.shapes.shapes import Box, Cylinder, Sphere
 
 GREY = (0.5, 0.5, 0.5, 1.0)
-"""Colour of visual elements without one."""
 
 
 def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> msg.MarkerArray:
@@ -127,7 +126,7 @@ class RobotCommander:
     def __init__(
         self, robot_description: str = "robot_description", ns: str = "", *, world: World | None = None
     ) -> None:
-        """Select a world, by default that of the enclosing `with` block."""
+        """Select a world, by default the one of the enclosing `with` block."""
         self.world = world_or_current(world)
         self._groups: dict[str, MoveGroupCommander] = {}
 

@@ -30,7 +30,6 @@ def within_bounds(message: object, robot: Robot) -> RobotState:
 
 
 def joint_names(robot: Robot, group: Group | None = None) -> list[str]:
-    """Return the names of all joints of a group or the robot, including fixed and mimic joints."""
     named = list(joint_frame_names(robot.model))
     if group is None:
         return named

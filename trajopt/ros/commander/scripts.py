@@ -66,7 +66,7 @@ REASONS = {
 class Answering(io.TextIOBase):
     """Answers every `input()` from a source, and then with Enter.
 
-    Reading in other ways (`for line in sys.stdin`, `sys.stdin.read()`) ends where the source ends.
+    Reading in other ways (`for line in sys.stdin`, `sys.stdin.read()`) ends with the source.
     """
 
     def __init__(self, source: TextIO | None = None) -> None:
@@ -156,7 +156,6 @@ class StandIn(ModuleType):
                 setattr(self, key, value)
 
     def __getattr__(self, name: str) -> object:
-        """Refuse a name without a stand-in."""
         if name.startswith("__"):
             raise AttributeError(name)
         raise NoStandIn(missing(self, name))
@@ -232,8 +231,8 @@ def run_script(
     """Run an unchanged script that imports `moveit_commander`, `rospy` and ROS messages.
 
     Args:
-        arguments: Its arguments, without its name.
-        stdin: Its standard input; that of this process when None.
+        arguments: Without its name.
+        stdin: Its standard input; the one of this process when None.
     """
     if not path.is_file():
         raise FileFormatError(str(path), "is not a file")

@@ -44,7 +44,6 @@ class ServerBackend:
     """
 
     def __init__(self, url: str, robot: str, *, token: str) -> None:
-        """Open a session."""
         self._client = Client(url, token=token, timeout=SILENCE)
         try:
             self._session = self._client.session(robot)
@@ -68,7 +67,6 @@ class ServerBackend:
 
     @property
     def _known(self) -> dict[str, object]:
-        """Robot and scene, which the server already has, by its names."""
         return {"robot": self.robot, "scene": self.scene}
 
     def stand(self, positions: Floats) -> None:

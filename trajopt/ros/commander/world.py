@@ -114,7 +114,6 @@ class ScriptNode:
     shut_down: bool = False
 
     def end(self) -> None:
-        """Call the shutdown hooks, once."""
         self.shut_down = True
         while self.hooks:
             self.hooks.pop(0)()
@@ -124,7 +123,6 @@ class ScriptNode:
         return key in self.parameters or key in OF_THE_ROBOT
 
     def parameter(self, name: str) -> object:
-        """Return the value of a parameter."""
         key = name.removeprefix("/")
         if key not in self.parameters and key in OF_THE_ROBOT:
             raise MoveItCommanderException(
@@ -141,7 +139,6 @@ class World:
     other commanders in the block; the argument `world=` does so for one commander.
 
     Attributes:
-        rng: Draws random targets.
         node: Parameters and shutdown hooks of the script.
     """
 
@@ -165,14 +162,12 @@ class World:
                 its first if empty.
             url: Address of a `trajopt serve`, such as "http://127.0.0.1:8080", which plans and moves its
                 simulated robot; if empty, this process does.
-            token: Access token of the server.
-            scene: Scene around the robot; empty when None.
+            scene: Empty when None.
             start: Start of the simulated robot: a named state or joint -> position [rad | m]; every group in
                 its first named state when None.
             executor: Executor of the robot. When None a simulated one, whose time advances only during
                 motions, and immediately if the script waits.
             wait: Lets a duration [s] pass on the clock of a given executor.
-            seed: Seed of random targets.
 
         Raises:
             MoveItCommanderException: If the robot is unknown, the scene has another robot, a start is

@@ -116,11 +116,7 @@ class _Plan(msgspec.Struct):
 
 @dataclass(eq=False)
 class ActionGoal:
-    """A goal.
-
-    Attributes:
-        tell: Called with feedback, as plain data or JSON.
-    """
+    """A goal, with the listener of its feedback, plain data or JSON."""
 
     name: str
     server: ActionServer

@@ -89,7 +89,6 @@ class Bridge:
         self.offered_actions.offer(client, name, kind)
 
     async def call(self, name: str, incoming: Incoming) -> bytes:
-        """Call a service; return its response, as JSON."""
         service = SERVICES.get(name)
         if service is not None:
             answer = await self.cell.ask(
@@ -109,7 +108,6 @@ class Bridge:
         return await self.offered.call(name, incoming.args, min(_seconds(incoming.timeout) or most, most))
 
     async def published(self, topic: str, message: msgspec.Raw) -> None:
-        """Process a client's message on a topic of actions, scene edits or point clouds."""
         if self._actions.take(topic, message):
             self.look()
             return

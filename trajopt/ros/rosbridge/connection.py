@@ -23,7 +23,6 @@ WAITING = 256
 FULL = 1013
 """WebSocket close code "try again later"."""
 ABORTED = 6
-"""Status of a goal that its server has given up (`action_msgs/GoalStatus`)."""
 LEVELS = ("error", "warning", "info", "none")
 NOT_HERE = {
     "png": "messages are not written as pictures here",
@@ -71,7 +70,6 @@ class ClientConnection:
         }
 
     async def write(self) -> None:
-        """Send queued messages in order until sending fails."""
         while True:
             for piece in await self._out.get():
                 await self._socket.send(piece.decode())
@@ -81,7 +79,6 @@ class ClientConnection:
             self._out.put_nowait(pieces(message, fragment_size, "publish"))  # all of them, or none
 
     async def take(self, text: str | bytes) -> None:
-        """Process a message of the client; report a failure to it."""
         name: str | int | None = None
         try:
             incoming = parsed(text)
@@ -275,7 +272,6 @@ class ClientConnection:
 
 
 async def converse(bridge: Bridge, socket: ServerConnection) -> None:
-    """Serve a client until it disconnects."""
     if len(bridge.clients) >= bridge.options.connections:
         await socket.close(FULL, "there are too many connections")
         return

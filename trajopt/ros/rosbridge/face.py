@@ -28,7 +28,6 @@ TYPES = {
 }
 OTHER = "application/octet-stream"
 ANSWERS = "trajopt.ros.rosbridge.answers"
-"""Module of the operations that the service needs."""
 CLOSING = 1.0
 """Time to wait for clients when the server ends [s]."""
 

@@ -69,7 +69,6 @@ class OfferedServices(Offers):
         self._calls: dict[str, _Call] = {}
 
     async def call(self, name: str, arguments: msgspec.Raw, seconds: float) -> bytes:
-        """Relay a call to a client; return its response, as JSON."""
         if name not in self._offers:
             raise Unusable(f"there is no service {name}")
         provider, number = self._offers[name][0], f"call_service:{name}:{next(self._numbers)}"
@@ -109,7 +108,6 @@ class RelayedGoal:
 
     Attributes:
         number: The goal's id between the server and that client.
-        tell: Called with feedback, as JSON.
     """
 
     provider: Provider

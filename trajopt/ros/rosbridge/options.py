@@ -12,7 +12,6 @@ from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 
 LOCAL_NAMES = frozenset(("localhost", "127.0.0.1", "::1"))
-"""Names of this machine for its own clients."""
 
 
 class Distro(Enum):

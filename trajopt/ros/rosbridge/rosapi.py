@@ -19,7 +19,6 @@ from trajopt.values.errors import MessageNotFound
 
 Reply: TypeAlias = Mapping[str, object]
 NODE = "/trajopt"
-"""Name of the server's node, the only node except the clients."""
 PARAMETERS = 1000
 LARGEST = 100_000
 """Most characters of a parameter set by a client."""
@@ -80,7 +79,6 @@ class RosApi:
         return service(cast("Mapping[str, Any]", arguments))
 
     async def file(self, arguments: object) -> Reply:
-        """Return a file of the robot's packages, as ROS 1's `/file_server/get_file` does."""
         name = _text(cast("Mapping[str, Any]", arguments if isinstance(arguments, dict) else {}), "name")
         found = await asyncio.to_thread(self._description.file, name.removeprefix("package://"))
         if found is None:

@@ -127,7 +127,6 @@ class Fragments:
         self._parts: dict[str | int | None, _Parts] = {}
 
     def add(self, fragment: Incoming) -> str | None:
-        """Store a fragment; return the whole message once it is complete."""
         name, total = fragment.id, fragment.total
         if not 0 < total <= PIECES or not 0 <= fragment.num < total:
             raise Unusable(f"fragment {fragment.num} of {total}: needs 1 to {PIECES} pieces, counted from 0")

@@ -36,7 +36,6 @@ STATUS = {
     Why.CLOSING: 503,
     Why.FAILED: 500,
 }
-"""How HTTP calls each kind of refusal."""
 EVENTS = "text/event-stream"
 ALIVE = 15.0
 """Period of keep-alive messages, which reveal a lost client [s]."""
@@ -203,7 +202,7 @@ class HttpOptions(Value):
     """Address and access control of the server.
 
     Attributes:
-        port: Port; 0 for any free one.
+        port: 0 for any free one.
         token: Required as `Authorization: Bearer TOKEN`; may be empty only on a loopback address.
         names: Accepted host names, beyond the host.
     """
@@ -233,7 +232,6 @@ class HttpOptions(Value):
 
 
 OPEN = ("/health", "/", "/page.js", "/page.css")
-"""Public paths: the health check, and a page without data."""
 JSON, BYTES = "application/json", "application/octet-stream"
 """Accepted content types. A page of another site cannot send either without a preflight request."""
 Denial: TypeAlias = tuple[int, str, str]

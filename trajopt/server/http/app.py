@@ -103,13 +103,11 @@ class ServiceState(Collector):
 _LOG = logging.getLogger("trajopt.server")
 PAGES = Path(__file__).parent / "pages"
 LONGEST_NAME = 64
-"""Characters of a client's name of a request."""
 VIEW_WORDS = (
     "Open a 3-D page of the session, of `group` if given. The answer is an event stream, and the page is "
     "open as long as it is read; the first `feedback` has `port` and `path` of the page, and `group`."
 )
 TIMEOUT = "timeout"
-"""Query parameter of all requests."""
 READ = "read"
 """The operation without arguments, and so no body."""
 VIEW = "viewer/page"

@@ -85,8 +85,7 @@ class Server(uvicorn.Server):
 class Connections:
     """The open connections of a server.
 
-    It wraps uvicorn's protocol, which reports bytes sent and taken, and the application, which reports the
-    start and end of requests.
+    It wraps uvicorn's protocol and the application, which report bytes and requests.
     """
 
     def __init__(self, app: ASGIApp, options: HttpOptions) -> None:

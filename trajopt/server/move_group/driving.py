@@ -27,7 +27,7 @@ from trajopt.values.trajectory import MEETING, Interpolation, Trajectory
 
 SETTLING = 0.3
 STILL = 1e-6
-"""Joint speed that counts as rest [rad/s | m/s]; noisy sensors take the whole settling time."""
+"""Joint speed that counts as rest [rad/s | m/s]."""
 POLL = 0.01
 """Interval of checks whether a motion has ended [s]."""
 OFFERS = 4
@@ -40,8 +40,6 @@ SAMPLES = 200
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """A motion under way."""
-
     reduced: ReducedModel
     trajectory: Trajectory
     begin: float

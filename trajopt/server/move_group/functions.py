@@ -42,11 +42,10 @@ class Settings:
     Attributes:
         position_tolerance: Of a pose, along each of its axes [m]; inf frees an axis.
         orientation_tolerance: Of a pose, about each of its axes [rad].
-        acceleration_scaling: Factor in (0, 1] on acceleration limits, as `velocity_scaling`.
+        acceleration_scaling: Factor in (0, 1], as `velocity_scaling`.
         tool_speed: Largest speed of a link; None for no limit.
         workspace: Smallest and largest corner of a box: x, y, z of each [m].
         replanning: Whether `go` plans again after a change of the scene.
-        support_surface: The surface on which `place` puts objects.
     """
 
     joint_tolerance: float = JOINT_TOLERANCE

@@ -16,7 +16,6 @@ from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError
 
 STOPPING = 5.0
-"""Longest expected time of a stop [s]."""
 
 
 class SupervisedRun:
@@ -126,11 +125,7 @@ CYCLE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Driven(Value):
-    """Outcome of driving a robot.
-
-    Attributes:
-        reason: The reason why it was not driven; empty if it was.
-    """
+    """Outcome of driving a robot; `reason` is empty if it was driven."""
 
     positions: Floats
     reason: str = ""
@@ -150,7 +145,7 @@ def drive_along(
 
     Args:
         look: Called at the start and periodically, with the elapsed time [s].
-        speed: Speed of simulated time: 1 for real time, 0 for as fast as possible.
+        speed: As in `execute`.
     """
     arm = SimulatedExecutor(execution.reduced.scene, positions)
     drive = MotionDriver(execution.reduced.scene.robot, arm, positions, arm.advance)

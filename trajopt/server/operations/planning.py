@@ -53,7 +53,6 @@ def plan(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def _proven(result: Result, answer: Mapping[str, object]) -> Mapping[str, object]:
-    """Return the proof of a plan, and a note if there is none."""
     try:
         plan = result.require()
         proof = prove(plan.problem, plan.trajectory).data
@@ -153,7 +152,6 @@ def follow_curve(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 WHERE = ("edits", "group", "start")
-"""Members that select the robot's group."""
 
 
 def _at_start(reduced: ReducedModel) -> Floats:
@@ -210,7 +208,6 @@ def validity(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 ABOUT = ("edits", "problem", "request")
-"""Members that state the problem."""
 
 
 def changed(state: SessionState, arguments: Node) -> SessionState:

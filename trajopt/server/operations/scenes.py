@@ -106,7 +106,6 @@ SCENE_EDITS: Mapping[str, Callable[..., Scene]] = {
     "with_motion": Scene.with_motion,
     "with_tool": Scene.with_tool,
 }
-"""Methods of a scene that a request can name."""
 STAND = "stand"
 """Puts the robot somewhere: the name of a state, joint -> position [rad | m], or positions of all joints."""
 
@@ -164,7 +163,6 @@ MAGIC = b"\x93NUMPY"
 KINDS = ("<f4", "<f8")
 COORDINATES = 3
 CAMERA = "camera"
-"""The name of a cloud that has none."""
 
 
 def cloud(state: SessionState, arguments: Node, watch: Watch) -> Answer:

@@ -22,7 +22,6 @@ from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Sphere, convex
 
 PLACEMENT_FIELDS = frozenset(inspect.signature(placement).parameters)
-"""Members of a mapping that represents a placement."""
 
 
 _STATED = (name for name in requirements.__all__ if name[0].islower())

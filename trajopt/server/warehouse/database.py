@@ -78,10 +78,7 @@ CREATE TABLE memories (
   number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT NOT NULL, arrays TEXT NOT NULL, wins INTEGER NOT NULL,
   failures INTEGER NOT NULL, used INTEGER NOT NULL);
 """
-"""Names and descriptions of entries; members by digest, so that equal ones are stored once; the last used
-version
-number; memories of experience.
-"""
+"""Entries; members by digest, each stored once; the last version number; memories of experience."""
 Tables = dict[str, tuple[str, str]]
 
 

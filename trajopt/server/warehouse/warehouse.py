@@ -1,4 +1,4 @@
-"""Warehouse: robots, scenes, problems, plans, states and constraints in one file, by name."""
+"""The class `Warehouse`."""
 
 import json
 import sqlite3
@@ -50,8 +50,8 @@ from trajopt.values.errors.arguments import checked
 class Warehouse:
     """A file that stores values by name and version.
 
-    A completed call is durable; several processes
-    and threads may use one file. `with Warehouse("cell.warehouse") as kept:` closes it.
+    A completed call is durable; several processes and threads may use one file.
+    `with Warehouse("cell.warehouse") as kept:` closes it.
 
     A missing entry is an EntryNotFound, a damaged or unwritable file a FileFormatError, and an invalid or
     ambiguous name a ModelError.
@@ -314,7 +314,6 @@ class StoredMemories:
             return _version(connection)
 
     def all(self) -> Mapping[int, Memory]:
-        """Return all memories by number."""
         with self._database.reading() as connection:
             rows = connection.execute("SELECT * FROM memories ORDER BY number").fetchall()
         found = dict[int, Memory]()
@@ -333,7 +332,6 @@ class StoredMemories:
     def change(
         self, *, new: Memory | None = None, changed: Iterable[Memory] = (), gone: Iterable[int] = ()
     ) -> tuple[int, Memory | None]:
-        """Add, change and delete memories in one transaction; see `Storage.change`."""
         with self._database.writing() as connection:
             connection.execute(
                 "INSERT INTO numbers VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET last = last + 1", _COUNTED

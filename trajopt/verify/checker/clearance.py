@@ -1,8 +1,8 @@
-"""Clearance: every pair of parts that can move against each other keeps apart, but for those excused.
+"""Clearance: every pair of parts that can move against each other keeps apart, unless excused.
 
 Over a leaf of length h a direction n that rests with the last joint that carries both parts separates them if
-at both ends min n.y - max n.x > |n| (c + u h^2 / 8), for points x of the first part and y of the second, if c
-is the clearance, and u the sum of bounds of the accelerations of both as seen from that joint.
+at both ends min n.y - max n.x > |n| (c + u h^2 / 8), for points x of the first part and y of the second, with
+the clearance c, and u the sum of bounds of both accelerations as seen from that joint.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from witness import Witness
 
 
 def check(statement: Statement, witness: Witness, arm: GridKinematics) -> Iterator[str]:
-    """Yield faults, of which only the first counts: pairs that are left out, leaves that do not hold."""
+    """Yield faults: pairs that are left out, leaves that do not hold."""
     yield from _left_out(statement, arm)
     if not len(witness.pair):
         return

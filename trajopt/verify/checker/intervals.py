@@ -130,7 +130,7 @@ def normalised(vector: ArrayLike) -> Interval:
 
 
 def skew(vector: Interval) -> Interval:
-    """Return the matrix (3, 3) that takes the cross product with a vector."""
+    """Return the matrix (3, 3) of the cross product with a vector."""
     return cross(vector[None], exactly(np.eye(3))).transposed
 
 

@@ -79,8 +79,8 @@ class Load:
 
     Attributes:
         mass: Its mass [kg].
-        centre: Its centre of mass in the joint's frame, shape (3,) [m].
-        moments: Of inertia about that, along the joint's axes: xx, xy, xz, yy, yz, zz, shape (6,) [kg m^2].
+        centre: In the joint's frame, shape (3,) [m].
+        moments: Of inertia about the centre, along joint axes: xx, xy, xz, yy, yz, zz, shape (6,) [kg m^2].
     """
 
     joint: int
@@ -91,7 +91,7 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class Masses:
-    """Everything that is heavy.
+    """Loads and motors.
 
     Attributes:
         gravity: Acceleration of free fall, shape (3,) [m/s^2].
@@ -104,7 +104,7 @@ class Masses:
 
 
 def torques(statement: Statement, masses: Masses, state: State) -> list[Series]:
-    """Return the torques or forces of coordinates, together with those of joints that follow, (m,) each."""
+    """Return the torques or forces of coordinates, following joints included, (m,) each."""
     total = [constant(0.0)] * state[0].terms[0].low.shape[1]
     motion = [_followed(joint, state) for joint in statement.joints]
     needed = _of_joints(statement.joints, masses, motion)

@@ -22,13 +22,7 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class PointTravel:
-    """Upper bounds for a point within intervals, shape (m,) each.
-
-    Attributes:
-        velocity: Of its speed [m/s].
-        acceleration: Of its acceleration [m/s^2].
-        jerk: Of its jerk [m/s^3].
-    """
+    """Upper bounds of a point's speed [m/s], acceleration [m/s^2] and jerk [m/s^3], shape (m,) each."""
 
     velocity: Floats
     acceleration: Floats
@@ -101,9 +95,8 @@ class GridKinematics:
 
         Args:
             centre: At all times, shape (g, 3) [m].
-            radius: Its radius [m].
             begin: Place in the grid of the start of each of m intervals.
-            seen: The joint that it is seen from, for each interval.
+            seen: Reference joint of each interval.
         """
         half = up(self.grid[end] - self.grid[begin]) / 2.0
         fastest = [largest(rate, begin, end) for rate in self.rates]

@@ -13,7 +13,6 @@ import numpy as np
 from intervals import Floats, Interval
 
 LARGEST_FILE = 64 * 2**20
-"""More bytes are not read."""
 LONGEST_TEXT = 1000
 MOST = 1_000_000
 """Most entries of any list."""
@@ -30,7 +29,6 @@ class Malformed(Exception):
 
 
 def demand(fits: bool | np.bool_, sentence: str) -> None:
-    """Refuse the file with a sentence unless something fits."""
     if not fits:
         raise Malformed(sentence)
 

@@ -19,7 +19,7 @@ class StatedRequirement:
     """A requirement of a proof.
 
     Attributes:
-        holds: Return in which cells of the grid it is shown, shape (g - 1,); of one of the end, shape (1,).
+        holds: Returns whether it is shown in each cell, shape (g - 1,); at the end, shape (1,).
     """
 
     words: str
@@ -42,7 +42,6 @@ class FrameView:
     reference: int
 
     def named(self, statement: Statement) -> str:
-        """Return words for the joint that it is seen from."""
         return f" seen from {statement.joints[self.reference - 1].name}" if self.reference else ""
 
     def placed(self, arm: GridKinematics) -> tuple[Interval, Interval]:
@@ -55,7 +54,7 @@ class FrameView:
         return arm.travel(self.place.joint, arm.placed(self.place)[1], 0.0, begin, end, seen)
 
     def turning(self, arm: GridKinematics) -> Floats:
-        """Bound the accelerations of unit vectors in each cell, as of points at a distance of 1."""
+        """Bound the accelerations of unit vectors in each cell."""
         turns = np.array([False, *(joint.turns for joint in arm.statement.joints)])
         moves = turns & (arm.carried_by[self.place.joint] ^ arm.carried_by[self.reference])
         rate, increase = (each[:, moves].sum(axis=1) for each in arm.rates[:2])

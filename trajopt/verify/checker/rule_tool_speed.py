@@ -46,13 +46,11 @@ def read_steady(value: Fields, statement: Statement) -> StatedRequirement:
 
 
 def _fastest(arm: GridKinematics, place: FixedPlace) -> Floats:
-    """Bound the speed of a point in each cell from above."""
     speed = _velocity(arm, place.joint, arm.placed(place)[1]).norm().high
     return up(np.maximum(speed[:-1], speed[1:]) + _off_chord(arm, place))
 
 
 def _off_chord(arm: GridKinematics, place: FixedPlace) -> Floats:
-    """Bound how far the velocity is from the chord between the ends of each cell."""
     travel = FrameView(place, 0).travel(arm)
     if len(arm.statement.curve.values) == 3:
         return off_chord(arm, travel.jerk)

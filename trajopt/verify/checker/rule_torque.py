@@ -1,8 +1,7 @@
-"""Rules: the torques of coordinates stay below limits at all times, and at rest at the ends that are at rest.
+"""Rules: torques of coordinates, or of gravity at rest, stay below limits at all times.
 
-Torques of gravity are those of a robot at rest.
-
-In each cell of the grid a torque is within its second derivative times h^2/8 of its chord.
+At ends at rest the torques at rest count too. In each cell of the grid a torque is within its second
+derivative times h^2/8 of its chord.
 """
 
 from functools import partial
@@ -17,7 +16,6 @@ from statement import MOST_JOINTS, Statement
 
 
 def _read(value: Fields, statement: Statement, *, still: bool) -> StatedRequirement:
-    """Read a rule: the masses, and limits of coordinates [Nm | N]."""
     joints, names = statement.joints, statement.curve.coordinates
     load = row(below(len(joints) + 1), size, numbers(3), numbers(6))
     heavy = {"gravity": numbers(3), "loads": every(load, MOST_JOINTS), "rotors": numbers(len(joints))}

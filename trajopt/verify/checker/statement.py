@@ -75,12 +75,9 @@ class HermiteCurve:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """An object that is not always there, or is only near its place.
+    """An object that is there only from `appears` to `expires` [s], or is only near its place.
 
     Attributes:
-        owner: The object.
-        appears: Start of its existence [s].
-        expires: End of it [s].
         error: Radius r [m], velocity v [m/s] and acceleration a [m/s^2]: at time t no point of it is farther
             than r + v t + a t^2 / 2 from its place.
     """

@@ -25,8 +25,7 @@ class Witness:
     Attributes:
         grid: Knots of the motion and times of the witness, increasing, shape (g,) [s].
         pair: Pair of each leaf, shape (l,).
-        begin: FixedPlace of the leaf's start in the grid, shape (l,).
-        end: FixedPlace of its end, shape (l,).
+        begin: Index in the grid of each leaf's start, shape (l,), as `end`.
         direction: From the pair's first part to its second, of any length, in the frame of the last joint
             that carries both, shape (l, 3).
     """

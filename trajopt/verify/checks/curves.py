@@ -126,7 +126,7 @@ def _rates(piece: Piece) -> tuple[float, float]:
 
 
 def _seconds(piece: Piece) -> tuple[float, float]:
-    """Bound the second derivatives; for the orientation, those of its rotation vector."""
+    """Bound the second derivatives of the point and of the orientation's rotation vector."""
     arm = max(float(np.linalg.norm(piece.cosine)), float(np.linalg.norm(piece.sine)))
     point = _largest(piece.points, 2) + arm * piece.sweep**2 * np.sqrt(2.0)
     turn = _largest(piece.turns, 2) + _largest(piece.turns, 1) ** 2 / 2.0
@@ -321,8 +321,6 @@ MOST_INTERVALS = 400_000
 
 @dataclass(frozen=True, eq=False)
 class _Span:
-    """Intervals of time and of arc length, each of shape (c,)."""
-
     begin: Floats
     end: Floats
     first: Floats

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class _End:
-    """A quantity of each joint at one end of the motion, and its accepted bound."""
-
     name: str
     sizes: Floats
     bound: float

@@ -212,8 +212,6 @@ def _smallest(matrices: Floats) -> Floats:
 
 
 class _Columns:
-    """The Jacobian of a frame, by columns of the joints that move it."""
-
     def __init__(self, requirement: SingularityDistance, motion: JudgedMotion) -> None:
         self._motion, self._length = motion, requirement.length
         self._joint, place = motion.reduced.attachment(requirement.frame)

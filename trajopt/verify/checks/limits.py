@@ -70,14 +70,11 @@ QUANTITIES = ("joint position", "velocity", "acceleration", "jerk")
 
 @dataclass(frozen=True, eq=False)
 class _Tightest:
-    """For each joint the value nearest to its limit, or farthest beyond it.
+    """For each joint the value nearest to its limit, or farthest beyond it, shape (n,) each.
 
     Attributes:
-        values: Shape (n,).
-        times: Shape (n,) [s].
-        bounds: Nearest limit, shape (n,).
-        slack: Shape (n,).
-        accepted: Accepted numerical excess, shape (n,).
+        bounds: Nearest limit.
+        accepted: Accepted numerical excess.
     """
 
     values: Floats
@@ -136,10 +133,8 @@ class _Bands:
     """Limits of each derivative order.
 
     Attributes:
-        lower: Of position, velocity, acceleration and jerk, shape (4, n).
-        upper: Shape (4, n).
-        sizes_below: Scale of the accepted excess over lower limits, shape (4, n).
-        sizes_above: Over upper limits, shape (4, n).
+        lower: Of position, velocity, acceleration and jerk, shape (4, n), as `upper`.
+        sizes_below: Scale of the accepted excess over lower limits, shape (4, n); `sizes_above` likewise.
         judged: Number of judged orders of a smooth motion: jerk only if it is limited.
         jumps: Scale of accepted jumps of the acceleration, shape (n,); empty without jerk limits.
     """
@@ -164,7 +159,7 @@ def _bands(limits: JointLimits) -> _Bands:
 
 
 def _jump_scale(limits: JointLimits) -> Floats:
-    """Return the scale of jumps of the acceleration, shape (n,); with a jerk limit only, that of a second."""
+    """Return the scale of acceleration jumps, shape (n,); with a jerk limit only, its change in a second."""
     return np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
 
 

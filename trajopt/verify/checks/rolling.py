@@ -28,14 +28,7 @@ _EXACT = 0.01
 
 @dataclass(frozen=True)
 class _Straying:
-    """Drift of a base.
-
-    Attributes:
-        measured: Largest drift at ends of intervals [m].
-        error: Error of the measurement [m].
-        beside: Largest further drift within an interval [m].
-        time: Time of the measurement [s].
-    """
+    """Largest drift of a base [m] at ends of intervals, with its error, and further drift within them."""
 
     measured: float
     error: float

@@ -78,12 +78,7 @@ class Windows:
 
 @dataclass(frozen=True)
 class Contact:
-    """A measured contact not accepted, or a pair below its clearance.
-
-    Attributes:
-        time: Time of the measurement [s].
-        distance: Signed distance [m].
-    """
+    """A contact that is not accepted, or a pair below its clearance; signed distance [m], time [s]."""
 
     pair: int
     time: float
@@ -92,12 +87,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Gap:
-    """An interval without a proof of a pair's clearance.
-
-    Attributes:
-        begin: Start of the interval [s].
-        end: End of the interval [s].
-    """
+    """An interval [s] without a proof of a pair's clearance."""
 
     pair: int
     begin: float
@@ -108,7 +98,7 @@ class Tally:
     """Smallest proven and measured distance of every pair.
 
     Attributes:
-        proven: Smallest bound over the intervals proven so far, shape (p,) [m].
+        proven: Smallest bound over the proven intervals, shape (p,) [m].
         measured: Smallest measured distance, shape (p,) [m]; infinite if never measured.
         time: Of that measurement, shape (p,) [s].
     """
@@ -117,7 +107,6 @@ class Tally:
         self.proven, self.measured, self.time = proven, measured, time
 
     def best(self) -> float:
-        """Smallest measured distance of all pairs [m]."""
         return float(self.measured.min(initial=np.inf))
 
 

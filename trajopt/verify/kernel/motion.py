@@ -19,12 +19,7 @@ TIGHTNESS = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Extremes:
-    """Largest or smallest values of n functions, with their times.
-
-    Attributes:
-        values: Shape (n,).
-        times: Shape (n,) [s].
-    """
+    """Largest or smallest values of n functions, with their times [s], shape (n,) each."""
 
     values: Floats
     times: Floats
@@ -245,7 +240,6 @@ class TimedMotion(JudgedMotion):
 
     @property
     def duration(self) -> float:
-        """Duration of the trajectory and of the rest after it [s]."""
         return self.trajectory.duration + self.staying
 
     @property

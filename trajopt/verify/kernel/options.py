@@ -26,9 +26,8 @@ class VerifyOptions:
         start_error: Accepted difference from the start state [rad | m].
         rest_speed: Joint speed that counts as rest [rad/s | m/s].
         start_acceleration_error: Accepted difference from a start acceleration [rad/s^2 | m/s^2].
-        meeting_speed: Accepted velocity relative to a moving goal [m/s]: the default position tolerance in a
-            tenth of a second.
-        meeting_rate: Accepted angular velocity relative to a moving goal [rad/s]: likewise.
+        meeting_speed: Accepted velocity relative to a moving goal [m/s].
+        meeting_rate: Accepted angular velocity relative to a moving goal [rad/s].
         sample_step: Longest time between samples of quantities without a proof, such as torques [s].
         sample_travel: Joint travel between samples of slow motions, with at least eight samples per piece
             [rad | m].
@@ -51,11 +50,7 @@ class VerifyOptions:
     sample_travel: float = 1e-3
 
     def __post_init__(self) -> None:
-        """Check that every number is positive.
-
-        Raises:
-            ProblemError: If one is not.
-        """
+        """Raise a ProblemError if a number is not positive."""
         for name, value in vars(self).items():
             if not value > 0:
                 raise ProblemError(f"VerifyOptions.{name} must be positive, is {shown(value)}")

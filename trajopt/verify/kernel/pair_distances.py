@@ -150,7 +150,6 @@ def _owners(reduced: ReducedModel) -> list[frozenset[str]]:
 
 
 NONE: Mapping[str, Timing] = MappingProxyType({})
-"""No dynamic obstacles."""
 DOUBTFUL = 1e-5
 """Difference between Coal's distance and the gap along its normal at which all directions are searched
 [m].

@@ -120,8 +120,7 @@ class PointMotion:
         (R x)'''  = R (x''' + 3 t' S x'' + 3 (t'' S + t'^2 S^2) x' + (t''' S + 3 t' t'' S^2 + t'^3 S^3) x),
 
     and |S x| is the distance r of the point from the axis, |S x'| is at most |x'|. The first two derivatives
-    are bounded likewise, and so are those of the angular velocity, to which every joint adds its axis times
-    its rate.
+    are bounded likewise, as is the angular velocity, to which every joint adds its axis times its rate.
     """
 
     def __init__(self, motion: JudgedMotion, frame: str, *, offset: Floats) -> None:

@@ -258,7 +258,7 @@ class MoveItPy(InPart):
         *,
         world: World | None = None,
     ) -> None:
-        """Select a world, by default that of the `with` block; of the rest only `node_name` counts."""
+        """Select a world, by default the one of the `with` block; of the rest only `node_name` counts."""
         self.world = world_or_current(world)
         self.world.node.name = node_name
         self._model = RobotModel.of(self.world.robot, self.world.rng)

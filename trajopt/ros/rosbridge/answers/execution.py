@@ -22,7 +22,6 @@ from trajopt.values.errors import JointNotFound, ProblemError, TrajoptError
 from trajopt.values.trajectory import Trajectory
 
 STATES = ("MONITOR", "IDLE")
-"""MoveIt's texts for an execution in progress, and for a finished one."""
 
 
 @dataclass(frozen=True)
@@ -129,11 +128,7 @@ def driven(
     watch: Watch,
     tell: Callable[[ExecutionReading], object],
 ) -> tuple[msg.MoveItErrorCodes, SessionState]:
-    """Drive the robot of a session along a trajectory, or after a cancellation along the next proven stop.
-
-    Args:
-        tell: Makes a feedback document of the state during the execution.
-    """
+    """Drive the robot of a session along a trajectory, or after a cancellation along the next proven stop."""
     robot = state.scene.robot
     group = _group_of(message.joint_trajectory, message.multi_dof_joint_trajectory.joint_names, robot)
     trajectory = trajectory_of(message, "trajectory", group, state.named_positions)

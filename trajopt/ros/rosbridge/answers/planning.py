@@ -40,7 +40,6 @@ ANSWERING = 0.5
 HEEDED = ("planner_id", "pipeline_id", "num_planning_attempts")
 """Fields ignored in files, but not in requests."""
 SHORTEST = 1e-3
-"""Least planning time of the first attempt [s]."""
 
 
 def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:

@@ -22,7 +22,6 @@ from trajopt.values.errors import (
 )
 
 SOURCE = "trajopt"
-"""Source of the error codes."""
 BY_PART = {
     "goal_constraints": MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS,
     "path_constraints": MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS,

@@ -151,9 +151,7 @@ def _kind(name: str, scene: Scene) -> int:
 
 
 ALL = 2**32 - 1
-"""All components, the default of MoveIt's requests."""
 NUMBERS = {msg.PointField.FLOAT32: "f4", msg.PointField.FLOAT64: "f8"}
-"""Numeric types of coordinates."""
 OF_SENSORS = "cloud"
 """Prefix of the names of point cloud objects, followed by the sensor's frame."""
 
