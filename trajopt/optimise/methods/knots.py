@@ -60,7 +60,7 @@ class KnotsProgram(Printed):
     counts: WorkCounts
     solver: Solver
     covered: KnotsNlp | None
-    transcribed: Callable[[], KnotsNlp]
+    transcribed: Callable[[], KnotsNlp] = field(repr=False)
     shares: tuple[float, ...] = SHARES
 
     @cached_property
