@@ -124,6 +124,7 @@ def test_a_violation_that_falls_at_a_constant_rate_is_extrapolated(
     assert limits.hopeless(violations, tolerance, left) == (last > tolerance)
     assert not limits.hopeless(violations[1:], tolerance, left)
     assert limits.hopeless([first] * (window + 1), tolerance, left)
+    assert limits.hopeless([0.0] * window + [first], tolerance, left)
 
 
 def test_without_rounds_the_penalty_stays() -> None:

@@ -87,7 +87,7 @@ class DescentLimits:
         if self.window is None or len(violations) <= self.window or violations[-1] <= tolerance:
             return False
         now, before = violations[-1], violations[-1 - self.window]
-        return bool(now * (now / before) ** (left / self.window) > tolerance)
+        return bool(now >= before or now * (now / before) ** (left / self.window) > tolerance)
 
 
 @dataclass(eq=False)
