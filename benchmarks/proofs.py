@@ -1,11 +1,11 @@
 """Proof files: how many verified motions are proven by the checker alone, their sizes, and its time.
 
-python -m benchmarks.proofs [DATA] [--robots panda,ur5] [--limit K] [--page FILE]
+python -m benchmarks.proofs [DATA] [--robots panda,ur5] [--limit K] [--clouds K] [--out FOLDER] [--page FILE]
 
 Each problem of the suite, and of MotionBenchMaker if DATA is given, is planned; the proof of each verified
 motion is written and checked by `python -I trajopt/verify/checker`. CPU of the checker is that of its whole
 process, from the start of Python on. The fast kernel checks it too, in this process: least CPU of five calls,
-without and with reading the file.
+without and with reading the file. Rows are kept in --out; a problem that has one is not planned again.
 """
 
 import argparse
@@ -13,10 +13,11 @@ import resource
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import entry_points
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,7 @@ import trajopt as to
 from benchmarks.clouds.sampling import clouds_of, with_cloud
 from benchmarks.motion_bench_maker import ROBOTS, problems
 from benchmarks.page import table, write_section
+from benchmarks.rows import Rows
 from benchmarks.sections import TITLES
 from trajopt.files.proof import MotionProof, ProofSize, check_proof, save_proof
 from trajopt.native.checker import StatedProof
@@ -73,16 +75,19 @@ def main() -> None:
     parser.add_argument("data", type=Path, nargs="?", help="MotionBenchMaker's problems")
     parser.add_argument("--robots", default=",".join(ROBOTS), help="names, separated by commas")
     parser.add_argument("--limit", type=int, help="problems of each set at most")
+    parser.add_argument("--clouds", type=int, default=10, help="problems of each set, as clouds, at most")
+    parser.add_argument("--out", type=Path, default=Path("out/proofs"), help="folder of the rows")
     parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     given = parser.parse_args()
-    found: list[Checked] = []
-    with tempfile.TemporaryDirectory() as folder:
-        asked = suite(), of_robots(given.data, given.robots, given.limit), as_clouds(given.data, given.limit)
-        for family, name, problem in chain.from_iterable(asked):
-            result = to.plan(problem, seconds=20.0)
-            if result.verified:
-                found.append(proven(family, name, result, Path(folder) / "x.proof"))
-                print(found[-1], flush=True)
+    rows = Rows(given.out / "rows.jsonl")
+    asked = suite(), of_robots(given.data, given.robots, given.limit), as_clouds(given.data, given.clouds)
+    keys = list[str]()
+    for family, name, problem in chain.from_iterable(asked):
+        keys.append(f"{family}: {name}")
+        if keys[-1] not in rows.done:
+            rows.append({"key": keys[-1], "checked": planned(family, name, problem)})
+            print(rows.done[keys[-1]], flush=True)
+    found = [checked_of(row) for row in (rows.done[key]["checked"] for key in keys) if row is not None]
     families = list(dict.fromkeys(each.family for each in found))
     text = table(
         HEAD, [row(family, [each for each in found if each.family == family]) for family in families]
@@ -90,6 +95,21 @@ def main() -> None:
     print(text)
     if given.page is not None:
         write_section(given.page, "proofs", text)
+
+
+def planned(family: str, name: str, problem: to.Problem) -> dict[str, Any] | None:
+    """Plan a problem and prove its motion; return None if there is no verified one."""
+    result = to.plan(problem, seconds=20.0)
+    if not result.verified:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        return asdict(proven(family, name, result, Path(folder) / "x.proof"))
+
+
+def checked_of(row: Any) -> Checked:
+    """Return a motion from its row."""
+    size = None if row["size"] is None else ProofSize(**row["size"])
+    return Checked(**{**row, "size": size})
 
 
 def suite() -> Iterator[tuple[str, str, to.Problem]]:

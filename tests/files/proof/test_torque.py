@@ -63,11 +63,10 @@ def test_cells_contain_the_torques_and_their_derivatives(
     grid = np.unique(np.concatenate((stated["motion"]["times"], np.linspace(0.0, 2.0, cells))))
     statement = checker.modules["statement"].read_statement(stated)
     found = checker.modules["kinematics"].GridKinematics(statement, grid)
-    dynamics, over = checker.modules["inverse_dynamics"], checker.modules["inverse_dynamics"].over_cells
-    loads = [dynamics.Load(*row[:2], *map(np.array, row[2:])) for row in rule["loads"]]
-    masses = dynamics.Masses(np.array(rule["gravity"]), loads, np.array(rule["rotors"]))
-    bounds = found.motion.bounds
-    wide = dynamics.torques(statement, masses, tuple(over(*bounds[at : at + 3]) for at in range(3)))
+    loads = [(*row[:2], *map(np.array, row[2:])) for row in rule["loads"]]
+    masses = np.array(rule["gravity"]), loads, np.array(rule["rotors"])
+    positions = checker.modules["series"].taylor(*found.motion.bounds)
+    wide = checker.modules["rule_torque"].torques(statement.joints, positions, masses, still=False)
     for share in np.linspace(0.05, 0.95, 7):
         step = 1e-4 * np.diff(grid)
         around = [

@@ -22,10 +22,10 @@ CROSS = np.array(
 )  # fmt: skip
 """A cross product has the numbers CROSS[i, j, k] a[j] b[k]."""
 
-MAPPED, ALONG, SPREAD = "ij,ocj->oci", "i,oc->oci", "ij,oc->ocij"
-"""Linear operations: a matrix times a vector, a vector or matrix times a number."""
-OUTWARD, INWARD = "cij,cj->ci", "cji,cj->ci"
-"""A rotation, or its inverse, times a vector."""
+MAPPED, SPREAD, APPLIED = "ij,ocj->oci", "...,oc->oc...", "j,ocij->oci"
+"""Linear operations: constant matrix times vector, number times constant, matrix times constant vector."""
+OUTWARD, INWARD, PRODUCT = "cij,cj->ci", "cji,cj->ci", "cij,cjk->cik"
+"""A rotation, or its inverse, times a vector; a rotation times another."""
 
 
 def stated_torque(motion: JudgedMotion, limits: JointLimits) -> RequirementRecord | None:
@@ -74,14 +74,14 @@ def _stated(
 
 @dataclass(frozen=True, eq=False)
 class _Series:
+    """Taylor coefficients, as in the checker: centres and radii, shape (terms, cells, ...)."""
+
     centre: Floats
     radius: Floats
 
     def __add__(self, other: "_Series") -> "_Series":
-        few, many = sorted((self, other), key=lambda each: len(each.centre))
-        rest = np.zeros((len(many.centre) - len(few.centre), *few.centre.shape[1:]))
-        parts = [np.concatenate((each, rest)) for each in (few.centre, few.radius)]
-        return _Series(parts[0] + many.centre, parts[1] + many.radius)
+        terms = min(len(self.centre), len(other.centre))
+        return _Series(self.centre[:terms] + other.centre[:terms], self.radius[:terms] + other.radius[:terms])
 
     def by(self, equation: str, matrix: Floats) -> "_Series":
         return _Series(
@@ -91,15 +91,23 @@ class _Series:
     def scaled(self, factor: float) -> "_Series":
         return _Series(factor * self.centre, abs(factor) * self.radius)
 
+    def plus(self, constant: Floats) -> "_Series":
+        return _Series(np.concatenate((self.centre[:1] + constant, self.centre[1:])), self.radius)
+
     def column(self, place: int) -> "_Series":
         return _Series(self.centre[:, :, place], self.radius[:, :, place])
+
+    @property
+    def rate(self) -> "_Series":
+        orders = np.arange(1.0, len(self.centre)).reshape(-1, *[1] * (self.centre.ndim - 1))
+        return _Series(orders * self.centre[1:], orders * self.radius[1:])
 
     def cross(self, other: "_Series") -> "_Series":
         return self.times("ijk,cj,ck->ci", other, CROSS)
 
     def times(self, equation: str, other: "_Series", *tensor: Floats) -> "_Series":
         sizes = [np.abs(each) for each in tensor]
-        orders = range(max(len(self.centre), len(other.centre)))
+        orders = range(min(len(self.centre), len(other.centre)))
         centres, radii = [list[Floats]() for _ in orders], [list[Floats]() for _ in orders]
         for one, (a, r) in enumerate(zip(self.centre, self.radius, strict=True)):
             for two, (b, s) in enumerate(zip(other.centre, other.radius, strict=True)):
@@ -111,7 +119,7 @@ class _Series:
 
 
 class _InverseDynamics:
-    """Newton's and Euler's equations in plain doubles, as the checker's `inverse_dynamics` has them."""
+    """The equations of the checker's `rule_torque` in plain doubles."""
 
     def __init__(self, motion: JudgedMotion, *, still: bool) -> None:
         self._motion, self._still = motion, still
@@ -122,59 +130,52 @@ class _InverseDynamics:
     def at(self, begin: Floats, times: Floats) -> Floats:
         knots = self._motion.trajectory.times
         piece = np.clip(np.searchsorted(knots, begin, side="right") - 1, 0, len(knots) - 2)
-        values = [order.at(piece, times - knots[piece])[None] for order in self._orders[:3]]
-        return self._torques([_Series(each, np.zeros_like(each)) for each in values]).centre[0]
+        values = np.array([order.at(piece, times - knots[piece]) for order in self._orders[:3]])
+        return self._torques(_taylor(values, np.zeros_like(values))).centre[0]
 
     def second(self, begin: Floats, end: Floats) -> Floats:
         bounds = [order.range(begin, end) for order in self._orders]
-        scale = np.array((1.0, 1.0, 0.5))[:, None, None]
         low, high = (np.array([bound[side] for bound in bounds]) for side in (0, 1))
-        found = self._torques(
-            [
-                _Series(
-                    scale * (high + low)[order : order + 3] / 2.0,
-                    scale * (high - low)[order : order + 3] / 2.0,
-                )
-                for order in range(3)
-            ]
-        )
+        found = self._torques(_taylor((high + low) / 2.0, (high - low) / 2.0))
         return 2.0 * (np.abs(found.centre[2]) + found.radius[2])
 
-    def _torques(self, state: list[_Series]) -> _Series:
-        if self._still:
-            state = [state[0], state[1].scaled(0.0), state[2].scaled(0.0)]
-        model, arm = self._model, self._motion.kinematics
-        still = _constant(np.zeros((len(state[0].centre[0]), 3)))
-        push = [_Series(still.centre - model.gravity.linear, still.radius)]
-        spin, swing, places = [still], [still], [(still, still)]
-        for joint, parent in list(enumerate(arm.parents))[1:]:
-            position, velocity, acceleration = (each.column(joint - 1) for each in state)
-            turn, shift = self._placed(joint, position)
-            places.append((turn, shift))
-            push.append(turn.times(INWARD, push[parent] + _accelerated(spin[parent], swing[parent], shift)))
-            spin.append(turn.times(INWARD, spin[parent]))
-            swing.append(turn.times(INWARD, swing[parent]))
-            rate, increase = (each.by(ALONG, arm.axes[joint]) for each in (velocity, acceleration))
-            aside = spin[-1].cross(rate)
-            if arm.revolute[joint]:
-                spin[-1], swing[-1] = spin[-1] + rate, swing[-1] + aside + increase
-            else:
-                push[-1] = push[-1] + aside + aside + increase
-        force, moment = [still] * len(spin), [still] * len(spin)
+    def _torques(self, positions: _Series) -> _Series:
+        model, arm, still = self._model, self._motion.kinematics, self._still
+        joints = list(enumerate(arm.parents))[1:]
+        columns = [positions.column(joint - 1) for joint, _ in joints]
+        none = positions.column(0).by(SPREAD, np.zeros(3))
+        places, axes, spins = (
+            [(positions.column(0).by(SPREAD, np.zeros((3, 3))).plus(np.eye(3)), none)],
+            [none],
+            [none],
+        )
+        for joint, parent in joints:
+            turn, origin = places[parent]
+            own, shift = self._placed(joint, columns[joint - 1])
+            places.append((turn.times(PRODUCT, own), origin + turn.times(OUTWARD, shift)))
+            direction = model.jointPlacements[joint].rotation @ arm.axes[joint]
+            axes.append(turn.by(APPLIED, direction))
+            turning = axes[-1].times("ci,c->ci", columns[joint - 1].rate)
+            spins.append(spins[parent] + turning if arm.revolute[joint] else spins[parent])
+        force, moment = [none] * len(places), [none] * len(places)
         for joint, load in list(enumerate(model.inertias))[1:]:
-            centre = _constant(np.broadcast_to(load.lever, still.centre[0].shape))
-            inertial = (push[joint] + _accelerated(spin[joint], swing[joint], centre)).scaled(load.mass)
-            momentum = spin[joint].by(MAPPED, load.inertia)
-            turning = swing[joint].by(MAPPED, load.inertia) + spin[joint].cross(momentum)
-            force[joint], moment[joint] = inertial, turning + centre.cross(inertial)
-        needed = [still.column(0)] * len(arm.parents)
-        for joint in range(len(arm.parents) - 1, 0, -1):
-            (turn, shift), parent = places[joint], arm.parents[joint]
-            borne = (moment if arm.revolute[joint] else force)[joint].by("i,oci->oc", arm.axes[joint])
-            needed[joint] = borne + state[2].column(joint - 1).scaled(float(model.armature[joint - 1]))
-            outer = turn.times(OUTWARD, force[joint])
-            force[parent] = force[parent] + outer
-            moment[parent] = moment[parent] + turn.times(OUTWARD, moment[joint]) + shift.cross(outer)
+            turn, origin = places[joint]
+            lever = turn.by(APPLIED, load.lever)
+            push, spun = none.plus(-load.mass * model.gravity.linear), none
+            if not still:
+                push = push + (origin + lever).rate.rate.scaled(load.mass)
+                inward = turn.times(INWARD, spins[joint])
+                spun = turn.times(OUTWARD, inward.by(MAPPED, load.inertia)).rate
+            force[joint], moment[joint] = push, spun + lever.cross(push)
+        needed = [none.column(0)] * len(places)
+        for joint, parent in reversed(joints):
+            own = axes[joint].times("ci,ci->c", (moment if arm.revolute[joint] else force)[joint])
+            if not still:
+                own = own + columns[joint - 1].rate.rate.scaled(float(model.armature[joint - 1]))
+            needed[joint] = own
+            lever = places[joint][1] + places[parent][1].scaled(-1.0)
+            force[parent] = force[parent] + force[joint]
+            moment[parent] = moment[parent] + moment[joint] + lever.cross(force[joint])
         every = [
             np.stack([getattr(each, side) for each in needed[1:]], axis=2) for side in ("centre", "radius")
         ]
@@ -182,37 +183,30 @@ class _InverseDynamics:
 
     def _placed(self, joint: int, position: _Series) -> tuple[_Series, _Series]:
         where, axis = self._model.jointPlacements[joint], self._motion.kinematics.axes[joint]
-        fixed, cells = np.array(where.rotation), len(position.centre[0])
-        origin = _constant(np.broadcast_to(where.translation, (cells, 3)))
-        if not self._motion.kinematics.revolute[joint]:
-            return _constant(np.broadcast_to(fixed, (cells, 3, 3))), origin + position.by(ALONG, fixed @ axis)
-        skew = np.einsum("ijk,j->ik", CROSS, axis)
+        fixed, turns = np.array(where.rotation), bool(self._motion.kinematics.revolute[joint])
+        of_sine = fixed @ np.einsum("ijk,j->ik", CROSS, axis) * turns
+        of_cosine = -of_sine @ np.einsum("ijk,j->ik", CROSS, axis)
         sine, cosine = _sine_and_cosine(position)
-        turned = sine.by(SPREAD, fixed @ skew) + cosine.by(SPREAD, -fixed @ skew @ skew)
-        return turned + _constant(np.broadcast_to(fixed + fixed @ skew @ skew, (cells, 3, 3))), origin
+        own = (sine.by(SPREAD, of_sine) + cosine.by(SPREAD, of_cosine)).plus(fixed - of_cosine)
+        return own, position.by(SPREAD, fixed @ axis * (not turns)).plus(where.translation)
 
 
-def _constant(value: Floats) -> _Series:
-    return _Series(value[None], np.zeros_like(value)[None])
-
-
-def _accelerated(spin: _Series, swing: _Series, arm: _Series) -> _Series:
-    return swing.cross(arm) + spin.cross(spin.cross(arm))
+def _taylor(centre: Floats, radius: Floats) -> _Series:
+    factorial = np.cumprod([1.0, *range(1, len(centre))])[:, None, None]
+    return _Series(centre / factorial, radius / factorial)
 
 
 def _sine_and_cosine(angle: _Series) -> tuple[_Series, _Series]:
     sine, cosine = (_Series(wave(angle.centre[:1]), angle.radius[:1]) for wave in (np.sin, np.cos))
-    if len(angle.centre) == 1:
-        return sine, cosine
-    rate, bend = (_Series(angle.centre[at : at + 1], angle.radius[at : at + 1]) for at in (1, 2))
-    half = rate.times("c,c->c", rate).scaled(0.5)
-    product = [[wave.times("c,c->c", each) for each in (rate, bend, half)] for wave in (sine, cosine)]
-    sines = (sine, product[1][0], product[1][1] + product[0][2].scaled(-1.0))
-    cosines = (cosine, product[0][0].scaled(-1.0), (product[0][1] + product[1][2]).scaled(-1.0))
-    return _joined(sines), _joined(cosines)
+    for order in range(1, len(angle.centre)):
+        found = [each.times("c,c->c", angle.rate) for each in (cosine, sine)]
+        (s, c) = (
+            _Series(each.centre[-1:], each.radius[-1:]).scaled(sign / order)
+            for each, sign in zip(found, (1.0, -1.0), strict=True)
+        )
+        sine, cosine = _joined(sine, s), _joined(cosine, c)
+    return sine, cosine
 
 
-def _joined(orders: tuple[_Series, ...]) -> _Series:
-    return _Series(
-        np.concatenate([each.centre for each in orders]), np.concatenate([each.radius for each in orders])
-    )
+def _joined(one: _Series, other: _Series) -> _Series:
+    return _Series(np.concatenate((one.centre, other.centre)), np.concatenate((one.radius, other.radius)))

@@ -39,7 +39,7 @@ def in_words(statement: Statement, rules: list[str]) -> str:
     levels = [f"{1e3 * level:g} mm" for level in sorted({level for _, _, level in statement.pairs} or {0.0})]
     kept = " or ".join(levels if len(levels) < 5 else [f"{levels[0]} to {levels[-1]} (each pair its own)"])
     lines = [
-        f"{statement.title}: for all t in [0, {statement.curve.times[-1]:.6g} s]",
+        f"{statement.title}: for all t in [0, {statement.motion.times[-1]:.6g} s]",
         f"  {len(statement.pairs)} pairs of {len(statement.parts)} convex parts keep more than {kept} apart:"
         f" all that the robot can move but {len(statement.excused)} excused pairs of owners",
         *(f"    {one} and {other}: {reason}" for one, other, reason in statement.excused),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -57,13 +58,8 @@ class Interval:
         return self._at_corners(np.divide, Interval(other.low * positive, other.high * positive))
 
     def _at_corners(self, operation: Callable[[Floats, Floats], Floats], other: Interval) -> Interval:
-        a, b = operation(self.low, other.low), operation(self.low, other.high)
-        c, d = operation(self.high, other.low), operation(self.high, other.high)
-        low, high = (
-            np.minimum(np.minimum(a, b), np.minimum(c, d)),
-            np.maximum(np.maximum(a, b), np.maximum(c, d)),
-        )
-        return Interval(down(low), up(high))
+        corners = [operation(one, two) for one in (self.low, self.high) for two in (other.low, other.high)]
+        return Interval(down(reduce(np.minimum, corners)), up(reduce(np.maximum, corners)))
 
     def __getitem__(self, key: Any) -> Interval:
         return Interval(self.low[key], self.high[key])
@@ -146,13 +142,8 @@ def sine_and_cosine(angles: Interval) -> tuple[Interval, Interval]:
     middle = angles.low + (angles.high - angles.low) / 2.0
     radius = up(np.maximum(up(angles.high - middle), up(middle - angles.low)))
     found = [arb(value).sin_cos() if np.isfinite(value) else (arb("nan"),) * 2 for value in middle.tolist()]
-    sides = np.array([[enclosed(side) for side in each] for each in found], dtype=np.float64).reshape(
-        -1, 2, 2
-    )
-    low, high = (
-        np.maximum(down(sides[..., 0].T - radius), -1.0),
-        np.minimum(up(sides[..., 1].T + radius), 1.0),
-    )
+    sides = np.array([[enclosed(side) for side in each] for each in found]).reshape(-1, 2, 2).T
+    low, high = np.maximum(down(sides[0] - radius), -1.0), np.minimum(up(sides[1] + radius), 1.0)
     return Interval(low[0], high[0]), Interval(low[1], high[1])
 
 

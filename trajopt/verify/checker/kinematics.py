@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import intervals
 import numpy as np
-from intervals import Floats, Interval, exactly, turned, up
+from intervals import Floats, Interval, exactly, joined, product, turned, up
 from motion import motion_on
 from numpy.typing import NDArray
+from series import Series, constant, sine_and_cosine_of
 from statement import FixedPlace, StatedJoint, Statement
 
 SAFE = 1.0 + 1e-11
@@ -45,21 +46,15 @@ class GridKinematics:
     def __init__(self, statement: Statement, grid: Floats) -> None:
         self.statement, self.grid = statement, grid
         self.motion = motion_on(statement, grid)
-        count, joints = len(grid), statement.joints
-        turns = [exactly(np.broadcast_to(np.eye(3), (count, 3, 3)))]
-        origins = [exactly(np.zeros((count, 3)))]
+        joints = statement.joints
         self.carried_by = np.zeros((len(joints) + 1,) * 2, dtype=np.bool_)
         self.carried_by[:, 0] = True
         for number, joint in enumerate(joints, start=1):
-            parent = joint.place.joint
-            at = self.motion.positions[:, joint.coordinate] * exactly(joint.factor) + exactly(joint.offset)
-            turn, origin = _moved(joint, at)
-            turns.append(intervals.product(turns[parent], turn))
-            origins.append(origins[parent] + turned(turns[parent], origin))
-            self.carried_by[number] = self.carried_by[parent]
+            self.carried_by[number] = self.carried_by[joint.place.joint]
             self.carried_by[number, number] = True
-        self.rotation, self.translation = intervals.joined(turns, 1), intervals.joined(origins, 1)
-        follows, own = [joint.coordinate for joint in joints], len(statement.curve.coordinates)
+        sides = zip(*frames(joints, Series((self.motion.positions,))), strict=True)
+        self.rotation, self.translation = (joined([each.terms[0] for each in side], 1) for side in sides)
+        follows, own = [joint.coordinate for joint in joints], len(statement.motion.coordinates)
         by_time = np.array([False, *(coordinate >= own for coordinate in follows)])
         self.driven = np.any(self.carried_by & by_time, axis=1)
         self.moved = np.any((self.carried_by & ~by_time)[:, 1:], axis=1)
@@ -77,7 +72,7 @@ class GridKinematics:
 
     def placed(self, place: FixedPlace) -> tuple[Interval, Interval]:
         turn, origin = self.rotation[:, place.joint], self.translation[:, place.joint]
-        return intervals.product(turn, place.rotation), origin + turned(turn, place.translation)
+        return product(turn, place.rotation), origin + turned(turn, place.translation)
 
     def shared(self, one: Rows, other: Rows) -> Rows:
         both = self.carried_by[one] & self.carried_by[other]
@@ -131,22 +126,22 @@ def largest(values: Floats, begin: Rows, end: Rows) -> Floats:
     return np.maximum.reduceat(padded, np.stack((begin, end), axis=1).ravel(), axis=0)[::2]
 
 
-def turning(joint: StatedJoint) -> tuple[Interval, Interval, Interval]:
-    """Return A, B and C: a joint at q has the rotation A + B sin q + C cos q in its parent (Rodrigues)."""
-    fixed, across = joint.place.rotation, intervals.skew(joint.axis * exactly(float(joint.turns)))
-    of_sine = intervals.product(fixed, across)
-    of_cosine = -intervals.product(of_sine, across)
-    return fixed - of_cosine, of_sine, of_cosine
+def frames(joints: list[StatedJoint], positions: Series) -> list[tuple[Series, Series]]:
+    """Return rotation and origin of the world's and each joint's frame: (m, 3, 3) and (m, 3) [m].
 
-
-def slide(joint: StatedJoint) -> Interval:
-    """Return the direction in its parent's frame along which a joint slides, (3,); zero if it turns."""
-    return turned(joint.place.rotation, joint.axis * exactly(float(not joint.turns)))
-
-
-def _moved(joint: StatedJoint, positions: Interval) -> tuple[Interval, Interval]:
-    """Return a joint's frame in its parent's at some positions: (g, 3, 3) and (g, 3)."""
-    still, of_sine, of_cosine = turning(joint)
-    sine, cosine = (each[:, None, None] for each in intervals.sine_and_cosine(positions))
-    origin = joint.place.translation + slide(joint) * positions[:, None]
-    return still + of_sine * sine + of_cosine * cosine, origin
+    A joint at q has the rotation A + B sin q + C cos q in its parent (Rodrigues).
+    """
+    count, terms = len(positions.terms[0].low), len(positions.terms)
+    world = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3))
+    found = [(constant(exactly(world[0]), terms), constant(exactly(world[1]), terms))]
+    for joint in joints:
+        turn, origin = found[joint.place.joint]
+        fixed, at = joint.place.rotation, positions.map(joint.followed).plus(exactly(joint.offset))
+        of_sine = product(fixed, intervals.skew(joint.axis * exactly(float(joint.turns))))
+        of_cosine = -product(of_sine, intervals.skew(joint.axis))
+        sine, cosine = sine_and_cosine_of(at)
+        own = (sine.along(of_sine) + cosine.along(of_cosine)).plus(fixed - of_cosine)
+        slide = turned(fixed, joint.axis * exactly(float(not joint.turns)))
+        shift = at.along(slide).plus(joint.place.translation)
+        found.append((turn.times(product, own), origin + turn.times(turned, shift)))
+    return found

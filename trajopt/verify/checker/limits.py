@@ -20,7 +20,7 @@ def check(statement: Statement, arm: GridKinematics) -> Iterator[str]:
 
 
 def _of_joint(statement: Statement, arm: GridKinematics, joint: StatedJoint) -> Iterator[str]:
-    within = arm.motion.bounds[0][:, joint.coordinate] * exactly(joint.factor) + exactly(joint.offset)
+    within = joint.followed(arm.motion.bounds[0]) + exactly(joint.offset)
     least = up(joint.lower - down(statement.excess * max(1.0, abs(joint.lower))))
     most = down(joint.upper + down(statement.excess * max(1.0, abs(joint.upper))))
     below = (within.low >= least) | (joint.lower == -np.inf)
@@ -47,7 +47,7 @@ def _jumps(statement: Statement, arm: GridKinematics, joint: StatedJoint) -> Ite
 
 
 def _ends(statement: Statement, arm: GridKinematics) -> Iterator[str]:
-    ends, motion, own = statement.ends, arm.motion, slice(len(statement.curve.coordinates))
+    ends, motion, own = statement.ends, arm.motion, slice(len(statement.motion.coordinates))
     stated = [
         ("start where it must", motion.positions[0, own], ends.positions, ends.tolerance),
         ("start with the velocity that is stated", motion.velocities[0, own], ends.velocities, ends.speed),

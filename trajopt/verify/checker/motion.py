@@ -32,7 +32,7 @@ def motion_on(statement: Statement, grid: Floats) -> GridMotion:
     A polynomial lies between its smallest and its largest Bernstein coefficient. Source: Farouki, The
     Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
     """
-    parts = [_on(curve, grid) for curve in (statement.curve, *statement.drives)]
+    parts = [_on(curve, grid) for curve in (statement.motion, *statement.drives)]
     beside = (on_bounds(np.hstack, each) for each in zip(*parts, strict=True))
     positions, velocities, begins, ends, *bounds = beside
     return GridMotion(positions, velocities, tuple(bounds), (begins, ends))

@@ -28,7 +28,7 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
         taken = arm.motion.bounds[0] if always else arm.motion.positions[-1:]
         within = np.ones(len(taken.low), dtype=np.bool_)
         for joint, low, high in stated:
-            at = taken[:, joint.coordinate] * exactly(joint.factor) + exactly(joint.offset)
+            at = joint.followed(taken) + exactly(joint.offset)
             excess = exactly(statement.excess)
             lowest, highest = exactly(low) - excess, exactly(high) + excess
             within &= (at.low >= lowest.high) & (at.high <= highest.low)
@@ -43,7 +43,7 @@ def read_rest(value: Fields, statement: Statement) -> StatedRequirement:
     _, since, by = record("rest", value, {"kind": text, "since": number, "by": most})
 
     def holds(arm: GridKinematics) -> Bools:
-        velocities = arm.motion.bounds[1][:, : len(statement.curve.coordinates)].size
+        velocities = arm.motion.bounds[1][:, : len(statement.motion.coordinates)].size
         rests = (velocities <= statement.ends.speed).all(axis=1) | (arm.grid[1:] <= since)
         return rests & statement.ends.rests & (since <= min(by, arm.grid[-1]))
 

@@ -52,7 +52,7 @@ def _fastest(arm: GridKinematics, place: FixedPlace) -> Floats:
 
 def _off_chord(arm: GridKinematics, place: FixedPlace) -> Floats:
     travel = FrameView(place, 0).travel(arm)
-    if len(arm.statement.curve.values) == 3:
+    if len(arm.statement.motion.values) == 3:
         return off_chord(arm, travel.jerk)
     # A cubic's acceleration jumps, so its velocity is only known to be near an end.
     return travel.acceleration * np.diff(arm.grid) / 2.0 * (1.0 + 1e-14)

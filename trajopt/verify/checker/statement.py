@@ -1,9 +1,8 @@
 """The statement of a proof: robot, motion, parts and pairs, limits and requirements."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 import reading as take
@@ -16,6 +15,24 @@ MOST_PARTS = 5_000
 MOST_KNOTS = 20_000
 
 
+def record_of(kind: type[Any]) -> Reader:
+    """Return a reader of objects: each field of a dataclass is annotated with its reader."""
+    return lambda where, value: kind(*take.record(where, value, _readers(kind)))
+
+
+def row_of(kind: type[Any]) -> Reader:
+    """Return a reader of lists, likewise."""
+    return lambda where, value: kind(*take.row(*_readers(kind).values())(where, value))
+
+
+def _readers(kind: type[Any]) -> Mapping[str, Reader]:
+    return {name: each.__metadata__[0] for name, each in kind.__annotations__.items()}
+
+
+def _point(where: str, value: object) -> Interval:
+    return exactly(take.numbers(3)(where, value))
+
+
 @dataclass(frozen=True, eq=False)
 class FixedPlace:
     """A fixed placement in a joint's frame.
@@ -26,9 +43,9 @@ class FixedPlace:
         translation: Shape (3,) [m].
     """
 
-    joint: int
-    rotation: Interval
-    translation: Interval
+    joint: Annotated[int, take.below(MOST_JOINTS + 1)]
+    rotation: Annotated[Interval, take.direction(4, rotation_of)]
+    translation: Annotated[Interval, _point]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,18 +62,22 @@ class StatedJoint:
         upper: Largest position [rad | m].
     """
 
-    name: str
-    place: FixedPlace
-    turns: bool
-    axis: Interval
-    coordinate: int
-    factor: float
-    offset: float
-    lower: float
-    upper: float
-    velocity: float
-    acceleration: float
-    jerk: float
+    name: Annotated[str, take.text]
+    place: Annotated[FixedPlace, record_of(FixedPlace)]
+    turns: Annotated[bool, take.flag]
+    axis: Annotated[Interval, take.direction(3, normalised)]
+    coordinate: Annotated[int, take.below(MOST_JOINTS)]
+    factor: Annotated[float, take.number]
+    offset: Annotated[float, take.number]
+    lower: Annotated[float, take.least]
+    upper: Annotated[float, take.most]
+    velocity: Annotated[float, take.most]
+    acceleration: Annotated[float, take.most]
+    jerk: Annotated[float, take.most]
+
+    def followed(self, values: Interval) -> Interval:
+        """Return factor * coordinate, or a derivative of its position, from those of all coordinates."""
+        return values[:, self.coordinate] * exactly(self.factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +89,19 @@ class HermiteCurve:
         values: Positions, velocities and, of quintics, accelerations, each of shape (k, n).
     """
 
-    coordinates: list[str]
-    times: Floats
-    values: list[Floats]
+    coordinates: Annotated[list[str], take.every(take.text, MOST_JOINTS)]
+    times: Annotated[Floats, take.numbers(None)]
+    values: Annotated[list[Floats], take.every(take.numbers(None, None), 3)]
+
+
+def _curve(where: str, value: object) -> HermiteCurve:
+    found = record_of(HermiteCurve)(where, value)
+    times, shape = found.times, (len(found.times), len(found.coordinates))
+    ordered = 2 <= len(times) <= MOST_KNOTS and times[0] == 0.0 and (np.diff(times) >= 0.0).all()
+    take.demand(ordered, f"the times of {where} must increase from 0, and be 2 to {MOST_KNOTS}")
+    whole = len(found.values) >= 2 and all(each.shape == shape for each in found.values)
+    take.demand(whole, f"{where} needs positions and velocities of each coordinate at each time")
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,10 +113,10 @@ class Change:
             than r + v t + a t^2 / 2 from its place.
     """
 
-    owner: str
-    appears: float
-    expires: float
-    error: list[float]
+    owner: Annotated[str, take.text]
+    appears: Annotated[float, take.least]
+    expires: Annotated[float, take.most]
+    error: Annotated[list[float], take.row(*[take.size] * 3)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,21 +129,25 @@ class EndStates:
         speed: Of velocities and accelerations, and of the rest at the end.
     """
 
-    positions: Floats
-    velocities: Floats
-    accelerations: Floats
-    tolerance: float
-    speed: float
-    rests: bool
+    positions: Annotated[Floats, take.numbers(None)]
+    velocities: Annotated[Floats, take.numbers(None)]
+    accelerations: Annotated[Floats, take.numbers(None)]
+    tolerance: Annotated[float, take.size]
+    speed: Annotated[float, take.size]
+    rests: Annotated[bool, take.flag]
 
 
 @dataclass(frozen=True, eq=False)
 class ConvexPart:
     """A convex part of a link or object."""
 
-    owner: str
-    place: FixedPlace
-    shape: Shape
+    owner: Annotated[str, take.text]
+    place: Annotated[FixedPlace, record_of(FixedPlace)]
+    shape: Annotated[Shape, read_shape]
+
+
+_part, _owners = take.below(MOST_PARTS), (take.text, take.text)
+_window = take.row(*_owners, take.least, take.most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +155,7 @@ class Statement:
     """Everything that a proof states.
 
     Attributes:
-        drives: Coordinates that follow time, independent of the robot; numbered after the curve's.
+        drives: Coordinates that follow time, independent of the robot; numbered after the motion's.
         joints: The joints, each after its parent; joint number i is at i - 1.
         excess: By how much limits and tolerances may be exceeded: of positions absolute or relative to the
             limit, the larger; of rates and torques relative; of requirements absolute.
@@ -130,97 +165,47 @@ class Statement:
         judged: Sentences on facts that were judged, but are not part of the proof.
     """
 
-    title: str
-    curve: HermiteCurve
-    drives: list[HermiteCurve]
-    joints: list[StatedJoint]
-    ends: EndStates
-    excess: float
-    parts: list[ConvexPart]
-    changes: list[Change]
-    pairs: list[tuple[int, int, float]]
-    excused: list[tuple[str, str, str]]
-    contacts: list[tuple[str, str, float, float]]
-    requirements: list[Fields]
-    judged: list[str]
+    title: Annotated[str, take.text]
+    motion: Annotated[HermiteCurve, _curve]
+    drives: Annotated[list[HermiteCurve], take.every(_curve, MOST_JOINTS)]
+    joints: Annotated[list[StatedJoint], take.every(record_of(StatedJoint), MOST_JOINTS)]
+    ends: Annotated[EndStates, record_of(EndStates)]
+    excess: Annotated[float, take.size]
+    parts: Annotated[list[ConvexPart], take.every(record_of(ConvexPart), MOST_PARTS)]
+    changes: Annotated[list[Change], take.every(row_of(Change))]
+    pairs: Annotated[list[tuple[int, int, float]], take.every(take.row(_part, _part, take.size))]
+    excused: Annotated[list[tuple[str, str, str]], take.every(take.row(*_owners, take.text))]
+    contacts: Annotated[list[tuple[str, str, float, float]], take.every(_window)]
+    requirements: Annotated[list[Fields], take.every(take.mapping)]
+    judged: Annotated[list[str], take.every(take.text)]
 
 
 def read_statement(value: Fields) -> Statement:
-    """Read a statement."""
-    curve = _curve("motion", value.get("motion"))
-    drives = take.every(_curve, MOST_JOINTS)
-    driven = sum(len(each.coordinates) for each in drives("drives", value.get("drives")))
-    count, joints = len(curve.coordinates), len(take.items(MOST_JOINTS)("joints", value.get("joints")))
-    part = take.below(len(take.items(MOST_PARTS)("parts", value.get("parts"))))
-    change = take.row(take.text, take.least, take.most, take.row(*[take.size] * 3))
-    read = _record_of(
-        Statement,
-        title=take.text,
-        motion=_curve,
-        drives=drives,
-        joints=take.every(_joint(count + driven, joints)),
-        ends=_ends(count),
-        excess=take.size,
-        parts=take.every(_record_of(ConvexPart, owner=take.text, place=place_in(joints), shape=read_shape)),
-        changes=take.every(lambda where, value: Change(*change(where, value))),
-        pairs=take.every(take.row(part, part, take.size)),
-        excused=take.every(take.row(take.text, take.text, take.text)),
-        contacts=take.every(take.row(take.text, take.text, take.least, take.most)),
-        requirements=take.every(take.mapping),
-        judged=take.every(take.text),
-    )
-    found: Statement = read("statement", value)
-    whole = all(each.times[-1] >= curve.times[-1] for each in found.drives) and np.diff(curve.times).all()
+    """Read a statement, and check that its numbers of joints, coordinates and parts are there."""
+    found: Statement = record_of(Statement)("statement", value)
+    motion, joints, count = found.motion, found.joints, len(found.motion.coordinates)
+    whole = all(each.times[-1] >= motion.times[-1] for each in found.drives) and np.diff(motion.times).all()
     take.demand(whole, "the times of the motion must increase, and drives must last until its end")
-    ordered = all(joint.place.joint <= at for at, joint in enumerate(found.joints))
-    take.demand(ordered, "a joint must come after its parent")
-    free = all(joint.coordinate < count or joint.jerk == np.inf for joint in found.joints)
-    take.demand(free, "a joint that follows time cannot have a limit of jerk")
+    coordinates = count + sum(len(each.coordinates) for each in found.drives)
+    for at, joint in enumerate(joints):
+        take.demand(joint.place.joint <= at, "a joint must come after its parent")
+        take.demand(joint.coordinate < coordinates, "a joint must follow a coordinate that is stated")
+        free = joint.coordinate < count or joint.jerk == np.inf
+        take.demand(free, "a joint that follows time cannot have a limit of jerk")
+    ends = found.ends.positions, found.ends.velocities, found.ends.accelerations
+    take.demand(all(len(each) == count for each in ends), "ends must have a number for each coordinate")
+    there = all(part.place.joint <= len(joints) for part in found.parts)
+    there &= all(max(pair[:2]) < len(found.parts) for pair in found.pairs)
+    take.demand(there, "parts must have joints, and pairs must have parts, that are stated")
     return found
 
 
 def place_in(joints: int) -> Reader:
     """Return a reader of placements in the frame of one of some joints, or of the world."""
-    return _record_of(
-        FixedPlace,
-        joint=take.below(joints + 1),
-        rotation=take.direction(4, rotation_of),
-        translation=lambda where, value: exactly(take.numbers(3)(where, value)),
-    )
 
+    def read(where: str, value: object) -> FixedPlace:
+        found = record_of(FixedPlace)(where, value)
+        take.demand(found.joint <= joints, f"the joint of {where} must be at most {joints}")
+        return found
 
-def _record_of(kind: Callable[..., object], **readers: Reader) -> Reader:
-    return lambda where, value: kind(*take.record(where, value, readers))
-
-
-def _curve(where: str, value: object) -> HermiteCurve:
-    names, values = take.every(take.text, MOST_JOINTS), take.every(take.numbers(None, None), 3)
-    found: HermiteCurve = _record_of(
-        HermiteCurve, coordinates=names, times=take.numbers(None), values=values
-    )(where, value)
-    times, shape = found.times, (len(found.times), len(found.coordinates))
-    ordered = 2 <= len(times) <= MOST_KNOTS and times[0] == 0.0 and (np.diff(times) >= 0.0).all()
-    take.demand(ordered, f"the times of {where} must increase from 0, and be 2 to {MOST_KNOTS}")
-    whole = len(found.values) >= 2 and all(each.shape == shape for each in found.values)
-    take.demand(whole, f"{where} needs positions and velocities of each coordinate at each time")
-    return found
-
-
-def _joint(coordinates: int, joints: int) -> Reader:
-    limits = dict.fromkeys(("upper", "velocity", "acceleration", "jerk"), take.most)
-    follows = {"coordinate": take.below(coordinates), "factor": take.number, "offset": take.number}
-    return _record_of(
-        StatedJoint,
-        name=take.text,
-        place=place_in(joints),
-        turns=take.flag,
-        axis=take.direction(3, normalised),
-        **follows,
-        lower=take.least,
-        **limits,
-    )
-
-
-def _ends(count: int) -> Reader:
-    state = dict.fromkeys(("positions", "velocities", "accelerations"), take.numbers(count))
-    return _record_of(EndStates, **state, tolerance=take.size, speed=take.size, rests=take.flag)
+    return read

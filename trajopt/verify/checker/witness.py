@@ -70,10 +70,10 @@ def _taken(data: bytes, offset: int, kind: str, count: int) -> NDArray[Any]:
 
 
 def _grid(inner: Floats, statement: Statement) -> Floats:
-    within = (inner > 0.0) & (inner < statement.curve.times[-1])
+    within = (inner > 0.0) & (inner < statement.motion.times[-1])
     demand(within.all(), "a time of the witness is not within the motion")
-    driven = [drive.times[drive.times < statement.curve.times[-1]] for drive in statement.drives]
-    grid = np.unique(np.concatenate((statement.curve.times, inner, *driven)))
+    driven = [drive.times[drive.times < statement.motion.times[-1]] for drive in statement.drives]
+    grid = np.unique(np.concatenate((statement.motion.times, inner, *driven)))
     few = len(grid) <= MOST_CELLS and len(grid) * (1 + len(statement.joints)) <= MOST_PLACES
     demand(few, "the witness has too many times")
     return grid
