@@ -13,7 +13,7 @@ import resource
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import entry_points
 from itertools import chain
 from pathlib import Path
@@ -108,8 +108,8 @@ def planned(family: str, name: str, problem: to.Problem) -> dict[str, Any] | Non
 
 def checked_of(row: Any) -> Checked:
     """Return a motion from its row."""
-    size = None if row["size"] is None else ProofSize(**row["size"])
-    return Checked(**{**row, "size": size})
+    size = row["size"]
+    return replace(Checked(**row), size=None if size is None else ProofSize(**size))
 
 
 def suite() -> Iterator[tuple[str, str, to.Problem]]:
