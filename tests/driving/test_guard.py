@@ -130,16 +130,27 @@ def test_motions_that_collide_at_a_point_are_not_proven(
     arm, guard = guarded(walled.with_motion("wall", standing) if moving else walled)
     guard.act(swing(arm.state().positions, 0, -1.0), rate=RATE)
     drive(arm, guard, 0.3)
-    left_out, measured, proves = list[bool](), ApproachQuery.collides, guard_of(guard.problem, arm)
+    found, measured, proves = list[float](), ApproachQuery.contact, guard_of(guard.problem, arm)
 
-    def collides(self: ApproachQuery, motion: to.Trajectory, time: float) -> bool:
-        left_out.append(measured(self, motion, time))
-        assert not (left_out[-1] and proves.proven(motion, guard.world, arm.now()))
-        return left_out[-1]
+    def contact(self: ApproachQuery, motion: to.Trajectory, time: float) -> float:
+        found.append(measured(self, motion, time))
+        assert found[-1] == np.inf or not proves.proven(motion, guard.world, arm.now())
+        return found[-1]
 
-    monkeypatch.setattr(ApproachQuery, "collides", collides)
+    monkeypatch.setattr(ApproachQuery, "contact", contact)
     guard.act(swing(guard.committed(0.0)[0], 0, -1.0), rate=RATE, stamp=0.0)
-    assert left_out.count(True) > 1 and not left_out[-1]
+    assert found[0] < np.inf and found[-1] == np.inf
+
+
+def test_actions_of_an_arm_in_contact_are_not_driven(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    hand = free.placement_of("panda_hand", free.robot.positions("ready"))
+    touching = free.add("ball", to.Sphere(0.05), to.placement(tuple(hand.translation)))
+    guard.see(touching)
+    for joint in range(7):
+        decision = guard.act(swing(arm.state().positions, joint, 0.3), rate=RATE)
+        assert decision.outcome is ActionOutcome.STOPPED and "not proven to be clear" in decision.reason
+        assert np.ptp(drive(arm, guard, 0.2)[:, 0], axis=0).max() == 0.0
 
 
 @pytest.mark.parametrize("seed", range(3))

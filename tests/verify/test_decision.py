@@ -43,6 +43,18 @@ def test_verdicts_of_random_motions_are_the_same(tmp_path: Path, deciding: Decid
     assert 10 <= verified <= 50
 
 
+def test_a_contact_that_ends_the_search_is_one(tmp_path: Path) -> None:
+    ended = 0
+    for seed in range(20):
+        model = crowded(tmp_path, seed)
+        motion, judge = wavy(model, seed, size=0.6), Judge(model)
+        verdict = judge.decide(motion, NOTHING)
+        if np.isfinite(verdict.contact):
+            assert not verdict.verified and judge.examine(motion(verdict.contact)).collisions
+            ended += 1
+    assert 5 <= ended < 20
+
+
 @pytest.mark.parametrize("missing", [-1e-3, -1e-4, -2e-5, 2e-5, 1e-4, 1e-3])
 def test_verdicts_are_the_same_at_the_clearance_required(tmp_path: Path, missing: float) -> None:
     model = reduced(walled(tmp_path).with_clearance(0.03 + missing), THERE_AND_BACK[0])

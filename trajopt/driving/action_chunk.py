@@ -43,10 +43,10 @@ class ActionChunk(Value):
 
     def target(self, time: float) -> tuple[Floats, Floats]:
         """Return the linear interpolation of the targets at a time [s], and its slope; shape (n,) each."""
-        at = int(np.clip(np.searchsorted(self.times, time), 1, max(len(self.times) - 1, 1)))
         if len(self.times) == 1 or time >= self.times[-1]:
             last: Floats = self.targets[-1]
             return last, np.zeros_like(last)
+        at = max(int(self.times.searchsorted(time)), 1)
         span = float(self.times[at] - self.times[at - 1])
         slope: Floats = (self.targets[at] - self.targets[at - 1]) / span
         gone = max(time - float(self.times[at - 1]), 0.0)

@@ -295,11 +295,15 @@ class Guard(CommitLoop):
         while count:
             first = motion.first(count, limits)
             # Most motions are clear: points are measured before a proof only after one that is not.
-            if not (reason and self._near.collides(first, world.clock(at))):
-                if guard.proven(first, world, at):
+            contact = self._near.contact(first, world.clock(at)) if reason else inf
+            if contact == inf:
+                verdict = guard.verdict(first, world, at)
+                if verdict.verified:
                     return _Found(_outcome(motion, count, rate, rest), first, motion.chunk, count), reason
-                reason = UNPROVEN
+                reason, contact = UNPROVEN, verdict.contact
             count //= 2
+            while count and motion.times[count] >= contact:  # it is on the way to these actions, too
+                count //= 2
         nearest = self._nearest(rest, state, at)
         if nearest is None:
             return None, reason or "no motion within the limits of the joints follows the actions"

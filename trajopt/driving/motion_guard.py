@@ -19,7 +19,7 @@ from trajopt.values.arrays import Floats, Value, floats
 from trajopt.values.cached import LruCache
 from trajopt.values.errors import JointNotFound, ProblemError, shown
 from trajopt.values.trajectory import Trajectory, state_of
-from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
+from trajopt.verify import Certificate, Judge, Specification, Verdict, VerifyOptions
 
 FIRST_INTERVAL = 0.2
 """Intervals at the start of a proof [s]: with a half or twice the length, proofs of pieces measure more."""
@@ -69,8 +69,13 @@ class MotionGuard(Value):
         self, motion: Trajectory, world: WorldSnapshot, begin: float, *, requirements: bool = True
     ) -> bool:
         """Return whether a motion is proven, its path constraints only if `requirements`."""
+        return self.verdict(motion, world, begin, requirements=requirements).verified
+
+    def verdict(
+        self, motion: Trajectory, world: WorldSnapshot, begin: float, *, requirements: bool = True
+    ) -> Verdict:
         required = self._specification(motion, requirements=requirements, clock=world.clock(begin))
-        return self._judge(world.scene).decide(motion, required).verified
+        return self._judge(world.scene).decide(motion, required)
 
     def prepare(self, world: WorldSnapshot) -> None:
         self._judge(world.scene)

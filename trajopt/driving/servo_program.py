@@ -145,7 +145,7 @@ class Braking:
 
     def after(self, state: Floats, settled: Floats) -> Floats:
         most, period = self.limits.acceleration, self.period
-        then = np.clip(self.acceleration(state, settled), -most, most)
+        then = np.minimum(np.maximum(self.acceleration(state, settled), -most), most)
         position, velocity, before = state
         return np.stack(
             (
@@ -183,10 +183,16 @@ class ApproachQuery:
             return positions
         return self._timed.positions(positions[None], np.array((time,)))[0]
 
-    def collides(self, motion: Trajectory, time: float) -> bool:
-        """Return whether bodies are surely too near to each other at a point of a motion from a time [s] on.
+    def contact(self, motion: Trajectory, time: float) -> float:
+        """Return the time of the first point of a motion at which bodies are surely too near to each other.
 
         Prediction errors and accepted contacts do not count; between the points nothing is measured.
+
+        Args:
+            time: At which the motion begins [s].
+
+        Returns:
+            Since the begin; infinite if there is no such point [s].
         """
         rows, times = motion.positions, time + motion.times
         if self._timed is not None:
@@ -196,7 +202,7 @@ class ApproachQuery:
         if self._changing is not None:
             clock, changing = times[near.sample], self._changing
             close &= (changing.appears[near.pair] <= clock) & (clock <= changing.expires[near.pair])
-        return bool(close.any())
+        return float(motion.times[near.sample[close]].min(initial=np.inf))
 
     def limits(
         self, state: Floats, time: float, bounds: tuple[Floats, Floats] | None = None
@@ -265,7 +271,7 @@ def settle(
         .program(moves, at, PENALTY)
         .solve((lower - middle)[None], (upper - middle)[None], ACCURACY)
     )
-    return None if step is None else np.clip(middle + step.dx[0], lower, upper)
+    return None if step is None else np.minimum(np.maximum(middle + step.dx[0], lower), upper)
 
 
 @cached_per_value

@@ -89,7 +89,7 @@ class Judge:
         """
         before, judged = self._calls, self._criteria(trajectory, specification)
         held = all(criterion.holds() for criterion in judged.criteria)
-        return Verdict(verified=held, counts=self._counted(before))
+        return Verdict(verified=held, contact=judged.clearance.contact, counts=self._counted(before))
 
     def _criteria(self, trajectory: Trajectory, specification: Specification) -> _Judged:
         moving = moving_limits(self.reduced, specification.limits)

@@ -71,10 +71,12 @@ class Verdict:
 
     Attributes:
         verified: Whether every required check of a certificate would hold.
+        contact: Time of a contact that ended the search, infinite if none did [s].
         counts: Work of the judge.
     """
 
     verified: bool
+    contact: float
     counts: Counts
 
 

@@ -53,7 +53,16 @@ class ClearanceCriterion(Criterion):
     distances: PairDistances
 
     def holds(self) -> bool:
-        return search_clearance(self.motion, self.distances, measured=False).proven
+        return self._decided.proven
+
+    @property
+    def contact(self) -> float:
+        """Time of a contact that is not accepted and that ended the search; infinite if there is none [s]."""
+        return min((contact.time for contact in self._decided.contacts), default=inf)
+
+    @cached_property
+    def _decided(self) -> Findings:
+        return search_clearance(self.motion, self.distances, measured=False)
 
     def measure(self) -> tuple[Check, ...]:
         return self.finding.checks
