@@ -57,13 +57,13 @@ def test_most_known_motions_are_found() -> None:
     assert sum(row["outcome"] == "verified" for row in known) >= len(known) - 2
 
 
-def test_margins_are_kept_or_give_way_or_are_named() -> None:
-    """These ended without a motion once: wishes that no configuration keeps, or that an end is far from."""
-    for seed in (3, 8, 18, 21, 28, 38, 52, 70):
+def test_margins_are_kept_or_give_way() -> None:
+    """These ended without a motion once: wishes that nothing keeps, or that an end is far from."""
+    for seed in (3, 8, 18, 21, 28, 38, 48, 52, 70, 107, 70020):
         assert trial("margins", seed)["outcome"] == "verified"
     for seed in (48, 107):
         result = to.plan(case("margins", seed).problem())
-        assert result.verified or "no motion keeps the margin of" in result.message
+        assert "no motion keeps the margin of" in result.remarks[-1]
         assert len(result.attempts) < 10, "nor is it looked for with all seeds"
 
 

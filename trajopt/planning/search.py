@@ -17,7 +17,7 @@ from trajopt.planning.goal_search import Candidate, GoalSearch, attempt
 from trajopt.planning.infeasibility import ClosedCut, closed_cut, never_apart
 from trajopt.planning.infeasibility.reasons import enclosed, margin_out_of_reach, worst_on_the_way
 from trajopt.planning.result import Attempt, Result
-from trajopt.planning.schedule import rounds
+from trajopt.planning.schedule import OPENING, rounds
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
@@ -57,6 +57,7 @@ class PlanSearch:
     attempts: list[Attempt] = field(default_factory=list[Attempt])
     _refusals: dict[str, Result] = field(default_factory=dict[str, Result])
     _rounds: int = 0
+    _narrow: str = "no motion was found that keeps the requested margins"
 
     def run(self) -> Result:
         """Attempt seeds until the search is done or stopped.
@@ -107,6 +108,19 @@ class PlanSearch:
         turns = long_turns(self.problem)
         self.problem, margins = with_possible_margins(self.problem, self.tracker)
         self.remarks = (*turns, *margins)
+        given_way = with_default_margins(self.problem)
+        yield from self._rounds_until(None if given_way is None else len(OPENING) + bool(self.given))
+        if given_way is not None and self.incumbent is None and not self.done:
+            self.problem = given_way
+            self.remarks = (
+                *self.remarks,
+                f"{self._narrow}; requested margins give way to the default margin",
+            )
+            del self.goals
+            yield from self._rounds_until(None)
+
+    def _rounds_until(self, last: int | None) -> Iterator[list[Candidate]]:
+        """Yield the candidates of each round; if there is no motion, only up to the last round."""
         for goal in self.goals:
             refusal = goal.prepare()
             if refusal is not None:
@@ -114,8 +128,8 @@ class PlanSearch:
         open_ones = [goal for goal in self.goals if goal.goal_name not in self._refusals]
         nearest_first = sorted(open_ones, key=lambda goal: goal.travel)
         budget = self.tracker.budget
-        for rows in rounds(bounded=budget.bounded, given=bool(self.given)):
-            if not nearest_first:
+        for number, rows in enumerate(rounds(bounded=budget.bounded, given=bool(self.given))):
+            if not nearest_first or (number == last and self.incumbent is None):
                 return
             candidates = [item for goal in nearest_first for item in goal.candidates(rows, self._best(goal))]
             left = None if self._most is None else self._most - len(self.attempts)
@@ -125,7 +139,7 @@ class PlanSearch:
             yield candidates
             if self.done:
                 return
-            if self._rounds == BEFORE_PROOF and self.incumbent is None:
+            if number + 1 == BEFORE_PROOF and self.incumbent is None:
                 nearest_first = [goal for goal in nearest_first if not self._walled_in(goal)]
 
     def in_threads(self, candidates: Sequence[Candidate]) -> bool:
@@ -173,8 +187,8 @@ class PlanSearch:
         with self.tracker.stage("proof"):
             narrow = margin_cut(goal.workspace.problem)
         if narrow is not None:
-            words = f"{stuck.message}; {margin_out_of_reach(stuck.problem, narrow)}"
-            goal.nearest = replace(stuck, message=words)
+            self._narrow = margin_out_of_reach(stuck.problem, narrow)
+            goal.nearest = replace(stuck, message=f"{stuck.message}; {self._narrow}")
         return narrow is not None
 
     def _failure(self, stopped: Stop | None) -> Result:
@@ -296,6 +310,20 @@ def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Pro
         scene = scene.with_margin(min(DEFAULT_MARGIN, item.distance), item.first, item.second)
     words = tuple(item.words("of margin are asked of") + ": they have the default margin" for item in found)
     return (replace(problem, scene=scene), words) if found else (problem, ())
+
+
+def with_default_margins(problem: Problem) -> Problem | None:
+    """Return the problem with the default margin where a larger one is requested; None if there is none."""
+    if shrinkable(problem.reduced.pairs).all():
+        return None
+    scene = problem.scene
+    default = replace(
+        scene,
+        margin=min(scene.margin, DEFAULT_MARGIN),
+        pair_margins={pair: min(margin, DEFAULT_MARGIN) for pair, margin in scene.pair_margins.items()},
+        kind_margins={kind: min(margin, DEFAULT_MARGIN) for kind, margin in scene.kind_margins.items()},
+    )
+    return replace(problem, scene=default)
 
 
 def margin_cut(problem: Problem) -> ClosedCut | None:

@@ -14,7 +14,7 @@ from trajopt.planning.moving.space_time_attempts import BECAUSE, ENOUGH, BestMot
 from trajopt.planning.moving.static_scenes import along_tracks, at_ends, without_changes
 from trajopt.planning.result import Result
 from trajopt.planning.schedule import DYNAMIC, DynamicRow, MotionSource
-from trajopt.planning.search import ENDED, PlanSearch
+from trajopt.planning.search import ENDED, PlanSearch, with_default_margins
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.requirements import GoalSet
@@ -43,7 +43,10 @@ def planned_among_obstacles(search: PlanSearch) -> Result:
 def _to_resting_goal(search: PlanSearch) -> Result:
     problem = search.problem
     static = search.again(replace(problem, scene=without_changes(problem.scene))).run()
-    there = replace(static.problem, scene=problem.scene)
+    scene, default = problem.scene, with_default_margins(problem)
+    if default is not None and with_default_margins(static.problem) is None:
+        scene = default.scene
+    there = replace(static.problem, scene=scene)
     if not static.verified:
         return replace(static, problem=there)
     work = PlanningWorkspace(there, search.tracker)
