@@ -27,7 +27,7 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table, write_section
 from tests.files.proof.conftest import Checker, Document, Proof, loaded_checker
-from tests.files.proof.dense import refuted
+from tests.files.proof.dense import of_kind, refuted, torques
 from trajopt.files.proof import MotionProof, save_proof
 from trajopt.values.errors import FileFormatError
 
@@ -93,7 +93,7 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
                                   "constraints": (room, to.axis_alignment("tool", tolerance=0.1)),
                                   "waypoints": {"half": to.joint_positions({"joint1": -0.6})},
                                   "tool_speed": to.tool_speed("tool", linear=1.8)}),
-        ("placement", post, {"goal": placed}),
+        ("placement", post, {"goal": placed, "constraints": (to.gravity_torque(0.9),)}),
         ("among moving objects", moved, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),
         ("held", bare, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True))),
                         "constraints": (held, seen, later),
@@ -106,13 +106,18 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
 
 
 def proofs(folder: Path) -> list[Proof]:
-    """Return the proofs of all cases; only the first, to save time, states torques."""
+    """Return the proofs of all cases; only the first, to save time, states torques of the motion."""
     found: list[Proof] = []
     for problem, motion in cases():
         save_proof(problem, motion, folder / "x.proof")
         found.append(Proof.read(folder / "x.proof"))
-        stated = found[-1].statement["requirements"]
-        stated[:] = [each for each in stated if each["kind"] != "torque" or len(found) == 1]
+        statement = found[-1].statement
+        rules = statement["requirements"]
+        rules[:] = [each for each in rules if each["kind"] != "torque" or len(found) == 1]
+        for rule in of_kind(statement, "gravity torque"):
+            rule["gravity"] = [0.0, -9.81, 0.0]  # across the axes, about which gravity has no torque
+            largest = np.abs(torques(statement, rule, np.linspace(1e-6, 1.2 - 1e-6, 1000))).max(axis=0)
+            rule["limits"] = [[place, 1.1 * float(largest[place])] for place, _ in rule["limits"]]
     return found
 
 
@@ -361,9 +366,8 @@ def block(number: int, checker: Checker, sound: list[Proof], path: Path) -> dict
     found, faults = {name: Counter[str]() for name in names}, list[str]()
     kernels = Counter[str]()
     for seed in range(number * BLOCK, (number + 1) * BLOCK):
-        name, proof, other = (
-            each[(seed + ahead) % len(each)] for each, ahead in ((names, 0), (sound, 0), (sound, 1))
-        )
+        turn, place = divmod(seed, len(names))
+        name, proof, other = names[place], *(sound[(turn + ahead) % len(sound)] for ahead in (0, 1))
         data = KINDS[name](proof, other, np.random.default_rng(seed))
         # A swap may give the other proof as a whole.
         result, fault = outcome(checker, data, proof.statement, path)

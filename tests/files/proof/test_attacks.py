@@ -231,6 +231,12 @@ BAD: dict[str, Change] = {
     "no such part": lambda s: s["pairs"][0].__setitem__(0, 10**6),
     "part of the world before": lambda s: s["pairs"][0].__setitem__(0, -1),
     "a fraction of a part": lambda s: s["pairs"][0].__setitem__(0, 1.0),
+    "an excess that is not small": lambda s: s.update(excess=0.1),
+    "an excuse without a reason": lambda s: s["excused"][0].__setitem__(2, " "),
+    "an obstacle that is named as a link": lambda s: part_of(s, "post").update(owner="link2"),
+    "an object that is there at two times": lambda s: s["changes"].extend(
+        [["post", 0.0, 0.5, [0, 0, 0]], ["post", 0.5, 9.0, [0, 0, 0]]]
+    ),
     "control characters": lambda s: s.update(title="x\x1b[2Jproven"),
 }
 
@@ -241,6 +247,36 @@ def test_bad_statements_are_refused_in_a_sentence(
 ) -> None:
     with pytest.raises(checker.malformed):
         checker.fault(changed(planar, BAD[name]).write(tmp_path / "x.proof"))
+
+
+DISCLOSED: dict[str, tuple[Change, str]] = {
+    "a loose end": (lambda s: s["ends"].update(speed=100.0), "and ends at rest; speeds are to within 100"),
+    "a loose start": (lambda s: s["ends"].update(tolerance=9.0), "has the stated start, to within 9"),
+    "a limit that is not there": (
+        lambda s: joint(s, "velocity", None),
+        "2 joints keep their limits: 2 lower, 2 upper, 1 velocity, 2 acceleration, 2 jerk",
+    ),
+    "a frame on another joint": (
+        lambda s: s["requirements"].append(
+            {
+                "kind": "tool speed", "frame": "tool", "limit": 9,
+                "place": {"joint": 0, "rotation": [1, 0, 0, 0], "translation": [0, 0, 0]},
+            }
+        ),
+        "the speed of tool on the world is",
+    ),
+    "coordinates of the motion": (lambda s: None, "all that joint1, joint2 can move, but"),
+    "masses": (lambda s: torque(s)["loads"].clear(), "torques (Nm or N) of 0 loads, 0 kg in all,"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DISCLOSED)
+def test_the_words_disclose_what_makes_a_statement_weak(
+    name: str, tmp_path: Path, checker: Checker, planar: Proof
+) -> None:
+    change, words = DISCLOSED[name]
+    said, fault = checker.examined(changed(planar, change).write(tmp_path / "x.proof"))
+    assert not fault and words in said
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ import trajopt as to
 from benchmarks.proof_mutations import KINDS, proofs
 from tests.cli.process import trajopt
 from tests.files.proof.conftest import Checker, Document, Proof
+from tests.files.proof.test_attacks import BAD, changed
 from trajopt.files.proof import MotionProof
 from trajopt.native.checker import StatedProof
 from trajopt.values.errors import FileFormatError
@@ -172,3 +173,12 @@ def test_motions_of_an_arm_with_meshes_are_proven(tmp_path: Path) -> None:
     problem = to.Problem(scene=scene, group="panda_arm", start=start, goal=goal, name="panda")
     to.plan(problem).require().save_proof(tmp_path / "x.proof")
     assert MotionProof.read(tmp_path / "x.proof").fast_fault == ""
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_statements_are_not_confirmed(name: str, planar: Proof) -> None:
+    """The checker refuses to read them."""
+    try:
+        assert MotionProof(changed(planar, BAD[name]).data).fast_fault
+    except FileFormatError:
+        pass

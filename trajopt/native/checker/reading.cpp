@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
+#include <set>
 
 #include "rules.hpp"
 #include "values.hpp"
@@ -10,6 +12,7 @@ namespace checker {
 namespace {
 
 constexpr std::size_t MOST_CELLS = 60'000, MOST_PLACES = 1'000'000;
+constexpr double LARGEST_EXCESS = 1e-3;
 constexpr double MOST_PRODUCTS = 20e6;
 
 Curve read_curve(Where where, nb::handle value) {
@@ -180,8 +183,16 @@ Statement read_statement(nb::handle value) {
   }
   found.ends = read_ends(fields["ends"], static_cast<std::size_t>(own));
   found.excess = size("excess", fields["excess"]);
+  demand(found.excess <= LARGEST_EXCESS, "excess must be a number from 0 to 0.001");
   for (nb::handle each : items("parts", fields["parts"], MOST_PARTS)) found.parts.push_back(read_part(each, count));
-  for (nb::handle each : items("changes", fields["changes"])) found.changes.push_back(read_change(each));
+  std::map<std::string, int> joint_of;
+  for (const Part& part : found.parts)
+    demand(joint_of.emplace(part.owner, part.place.joint).first->second == part.place.joint, "the parts of an owner must be on one joint");
+  std::set<std::string> changed;
+  for (nb::handle each : items("changes", fields["changes"])) {
+    found.changes.push_back(read_change(each));
+    demand(changed.insert(found.changes.back().owner).second, "an owner has two changes");
+  }
   for (nb::handle each : items("pairs", fields["pairs"])) {
     const nb::list entries = row("a pair", each, 3);
     const long parts = static_cast<long>(found.parts.size());
@@ -189,7 +200,7 @@ Statement read_statement(nb::handle value) {
   }
   for (nb::handle each : items("excused", fields["excused"])) {
     const nb::list entries = row("an excuse", each, 3);
-    text("a reason", entries[2]);
+    demand(text("a reason", entries[2]).find_first_not_of(' ') != std::string::npos, "an excuse needs a reason");
     found.excused.emplace_back(text("an owner", entries[0]), text("an owner", entries[1]));
   }
   for (nb::handle each : items("contacts", fields["contacts"])) {

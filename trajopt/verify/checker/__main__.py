@@ -38,15 +38,21 @@ def in_words(statement: Statement, rules: list[str]) -> str:
     """Return a statement in sentences."""
     levels = [f"{1e3 * level:g} mm" for level in sorted({level for _, _, level in statement.pairs} or {0.0})]
     kept = " or ".join(levels if len(levels) < 5 else [f"{levels[0]} to {levels[-1]} (each pair its own)"])
+    ends, names = statement.ends, ", ".join(statement.motion.coordinates)
+    stated = [
+        f"{sum(getattr(each, kind) < np.inf for each in statement.joints)} {kind}" for kind in limits.KINDS
+    ]
     lines = [
         f"{statement.title}: for all t in [0, {statement.motion.times[-1]:.6g} s]",
         f"  {len(statement.pairs)} pairs of {len(statement.parts)} convex parts keep more than {kept} apart:"
-        f" all that the robot can move but {len(statement.excused)} excused pairs of owners",
+        f" all that {names} can move, but {len(statement.excused)} excused pairs of owners",
         *(f"    {one} and {other}: {reason}" for one, other, reason in statement.excused),
         *(f"  {_in_words(change)}" for change in statement.changes),
         *(f"  {a} and {b} may touch outside [{x:g}, {y:g}] s" for a, b, x, y in statement.contacts),
-        f"  {len(statement.joints)} joints keep their limits, to within {statement.excess:g}",
-        f"  the motion has the stated start{' and ends at rest' * statement.ends.rests}",
+        f"  {len(statement.joints)} joints keep their limits: {', '.join(stated)}",
+        f"  limits and requirements hold to within {statement.excess:g}",
+        f"  the motion has the stated start, to within {ends.tolerance:g}"
+        f"{', and ends at rest' * ends.rests}; speeds are to within {ends.speed:g}",
         *(f"  {rule}" for rule in rules),
         *(f"  judged, not part of this proof: {each}" for each in statement.judged),
     ]

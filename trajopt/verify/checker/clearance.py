@@ -49,9 +49,8 @@ def check(statement: Statement, witness: Witness, arm: GridKinematics) -> Iterat
         touch = up(_supports(arm, pairs[:, 0], time, world) + _supports(arm, pairs[:, 1], time, -world))
         for leaf in np.flatnonzero(~(-touch > least) & there)[:1]:
             one, other = (statement.parts[int(part)].owner for part in pairs[leaf])
-            span = f"from {begin[leaf]:.6g} to {end[leaf]:.6g} s"
-            apart = f"{1000.0 * required[leaf]:g} mm"
-            yield f"leaf {leaf}: it is not shown that {one} and {other} keep {apart} {span}"
+            span = f"{1000.0 * required[leaf]:g} mm from {begin[leaf]:.6g} to {end[leaf]:.6g} s"
+            yield f"leaf {leaf}: it is not shown that {one} and {other} keep {span}"
 
 
 def _left_out(statement: Statement, arm: GridKinematics) -> Iterator[str]:

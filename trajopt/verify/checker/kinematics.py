@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import intervals
 import numpy as np
-from intervals import Floats, Interval, exactly, joined, product, turned, up
+from intervals import Floats, Interval, cross, exactly, joined, product, turned, up
 from motion import motion_on
 from numpy.typing import NDArray
 from series import Series, constant, sine_and_cosine_of
@@ -21,8 +21,7 @@ than 20 operations with a relative error of 1.2e-16, and there are at most 1,000
 Rows = NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class PointTravel:
+class PointTravel(NamedTuple):
     """Upper bounds of a point's speed [m/s], acceleration [m/s^2] and jerk [m/s^3], shape (m,) each."""
 
     velocity: Floats
@@ -58,11 +57,9 @@ class GridKinematics:
         by_time = np.array([False, *(coordinate >= own for coordinate in follows)])
         self.driven = np.any(self.carried_by & by_time, axis=1)
         self.moved = np.any((self.carried_by & ~by_time)[:, 1:], axis=1)
-        factors = np.array([joint.factor for joint in joints], dtype=np.float64)
-        self.rates = tuple(
-            np.pad(up(bound.size[:, follows] * np.abs(factors)), ((0, 0), (1, 0)))
-            for bound in self.motion.bounds[1:4]
-        )
+        factors = np.abs([joint.factor for joint in joints], dtype=np.float64)
+        rates = [up(bound.size[:, follows] * factors) for bound in self.motion.bounds[1:4]]
+        self.rates = tuple(np.pad(each, ((0, 0), (1, 0))) for each in rates)
 
     def unshown(self, holds: NDArray[np.bool_], words: str) -> Iterator[str]:
         """Yield a sentence for the first cell in which something does not hold, or the end if that is all."""
@@ -104,7 +101,8 @@ class GridKinematics:
                 continue
             w, a, j = (rate[:, number] * moves for rate in fastest)
             if self.statement.joints[number - 1].turns:
-                lever = up(self._lever(number, centre) + radius)
+                across = cross(centre - self.translation[:, number], self.axis(number))
+                lever = up(across.norm().high + radius)
                 r = np.maximum(lever[begin], lever[end]) + v * half
                 k = k + 3.0 * w * u + 3.0 * (a + w * w) * v + (j + 3.0 * w * a + w * w * w) * r
                 u = u + 2.0 * w * v + (w * w + a) * r
@@ -116,14 +114,11 @@ class GridKinematics:
     def axis(self, joint: int) -> Interval:
         return turned(self.rotation[:, joint], self.statement.joints[joint - 1].axis)
 
-    def _lever(self, joint: int, point: Interval) -> Floats:
-        return intervals.cross(point - self.translation[:, joint], self.axis(joint)).norm().high
-
 
 def largest(values: Floats, begin: Rows, end: Rows) -> Floats:
     """Return the largest rows of values (g - 1, n) in cells from a begin to before an end, (m, n)."""
-    padded = np.vstack((values, np.zeros((1, values.shape[1]))))
-    return np.maximum.reduceat(padded, np.stack((begin, end), axis=1).ravel(), axis=0)[::2]
+    sides = np.stack((begin, end), axis=1).ravel()
+    return np.maximum.reduceat(np.pad(values, ((0, 1), (0, 0))), sides, axis=0)[::2]
 
 
 def frames(joints: list[StatedJoint], positions: Series) -> list[tuple[Series, Series]]:

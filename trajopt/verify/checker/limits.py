@@ -9,30 +9,26 @@ from intervals import down, exactly, up
 from kinematics import GridKinematics
 from statement import StatedJoint, Statement
 
-RATES = ("", "velocity", "acceleration", "jerk")
+KINDS = ("lower", "upper", "velocity", "acceleration", "jerk")
 
 
 def check(statement: Statement, arm: GridKinematics) -> Iterator[str]:
     """Yield faults: limits that joints may pass, and ends that are not as stated."""
     for joint in statement.joints:
-        yield from _of_joint(statement, arm, joint)
+        within = joint.followed(arm.motion.bounds[0]) + exactly(joint.offset)
+        least = up(joint.lower - down(statement.excess * max(1.0, abs(joint.lower))))
+        most = down(joint.upper + down(statement.excess * max(1.0, abs(joint.upper))))
+        below = (within.low >= least) | (joint.lower == -np.inf)
+        keeps = f"{joint.name} keeps its limit of "
+        yield from arm.unshown(below & ((within.high <= most) | (joint.upper == np.inf)), keeps + "position")
+        for order, limit in enumerate((joint.velocity, joint.acceleration, joint.jerk), start=1):
+            if np.isfinite(limit):
+                reached = arm.motion.bounds[order][:, joint.coordinate].size
+                most = down(down(1.0 + statement.excess) * limit)
+                yield from arm.unshown(up(reached * abs(joint.factor)) <= most, keeps + KINDS[1 + order])
+        if np.isfinite(joint.jerk):
+            yield from _jumps(statement, arm, joint)
     yield from _ends(statement, arm)
-
-
-def _of_joint(statement: Statement, arm: GridKinematics, joint: StatedJoint) -> Iterator[str]:
-    within = joint.followed(arm.motion.bounds[0]) + exactly(joint.offset)
-    least = up(joint.lower - down(statement.excess * max(1.0, abs(joint.lower))))
-    most = down(joint.upper + down(statement.excess * max(1.0, abs(joint.upper))))
-    below = (within.low >= least) | (joint.lower == -np.inf)
-    keeps = f"{joint.name} keeps its limit of "
-    yield from arm.unshown(below & ((within.high <= most) | (joint.upper == np.inf)), keeps + "position")
-    for order, limit in enumerate((joint.velocity, joint.acceleration, joint.jerk), start=1):
-        if np.isfinite(limit):
-            reached = arm.motion.bounds[order][:, joint.coordinate].size
-            most = down(down(1.0 + statement.excess) * limit)
-            yield from arm.unshown(up(reached * abs(joint.factor)) <= most, keeps + RATES[order])
-    if np.isfinite(joint.jerk):
-        yield from _jumps(statement, arm, joint)
 
 
 def _jumps(statement: Statement, arm: GridKinematics, joint: StatedJoint) -> Iterator[str]:

@@ -42,7 +42,9 @@ class FrameView:
     reference: int
 
     def named(self, statement: Statement) -> str:
-        return f" seen from {statement.joints[self.reference - 1].name}" if self.reference else ""
+        names = ["the world", *(joint.name for joint in statement.joints)]
+        seen = f", seen from {names[self.reference]}," if self.reference else ""
+        return f" on {names[self.place.joint]}{seen}"
 
     def placed(self, arm: GridKinematics) -> tuple[Interval, Interval]:
         turn, origin = arm.placed(self.place)

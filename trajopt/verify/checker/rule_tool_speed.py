@@ -16,7 +16,8 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
     def holds(arm: GridKinematics) -> Bools:
         return _fastest(arm, place) <= down(limit + statement.excess)
 
-    return StatedRequirement(f"at all times the speed of {name} is at most {limit:g} m/s", holds)
+    where = FrameView(place, 0).named(statement)
+    return StatedRequirement(f"at all times the speed of {name}{where} is at most {limit:g} m/s", holds)
 
 
 def read_steady(value: Fields, statement: Statement) -> StatedRequirement:
@@ -42,6 +43,7 @@ def read_steady(value: Fields, statement: Statement) -> StatedRequirement:
         return (reached | ~inside) & (outside <= (slowest * span)[inside & reached].sum() / SAFE)
 
     words = f"from {since:.6g} to {until:.6g} s, over half of the way or more, the speed of {name}"
+    words += FrameView(place, 0).named(statement)
     return StatedRequirement(f"{words} is at least {least:g} m/s", holds)
 
 

@@ -50,9 +50,10 @@ def _read(value: Fields, statement: Statement, *, still: bool) -> StatedRequirem
             kept[-1] &= held[1] or not statement.ends.rests
         return kept
 
-    words = ", ".join(f"{names[coordinate]} {stated:g}" for coordinate, stated in limits)
-    of_gravity = " of gravity" * still
-    return StatedRequirement(f"at all times torques{of_gravity} (Nm or N) are at most: {words}", holds)
+    words = f"at all times torques{' of gravity' * still} (Nm or N) of {len(loads)} loads,"
+    words += f" {sum(each[1] for each in loads):g} kg in all, are at most: "
+    named = ", ".join(f"{names[coordinate]} {stated:g}" for coordinate, stated in limits)
+    return StatedRequirement(words + named, holds)
 
 
 read, read_gravity = partial(_read, still=False), partial(_read, still=True)

@@ -13,6 +13,7 @@ from shapes import Shape, read_shape
 MOST_JOINTS = 1_000
 MOST_PARTS = 5_000
 MOST_KNOTS = 20_000
+LARGEST_EXCESS = 1e-3
 
 
 def record_of(kind: type[Any]) -> Reader:
@@ -170,7 +171,7 @@ class Statement:
     drives: Annotated[list[HermiteCurve], take.every(_curve, MOST_JOINTS)]
     joints: Annotated[list[StatedJoint], take.every(record_of(StatedJoint), MOST_JOINTS)]
     ends: Annotated[EndStates, record_of(EndStates)]
-    excess: Annotated[float, take.size]
+    excess: Annotated[float, take.between(0.0, LARGEST_EXCESS)]
     parts: Annotated[list[ConvexPart], take.every(record_of(ConvexPart), MOST_PARTS)]
     changes: Annotated[list[Change], take.every(row_of(Change))]
     pairs: Annotated[list[tuple[int, int, float]], take.every(take.row(_part, _part, take.size))]
@@ -197,15 +198,14 @@ def read_statement(value: Fields) -> Statement:
     there = all(part.place.joint <= len(joints) for part in found.parts)
     there &= all(max(pair[:2]) < len(found.parts) for pair in found.pairs)
     take.demand(there, "parts must have joints, and pairs must have parts, that are stated")
+    sides = {(part.owner, part.place.joint) for part in found.parts}
+    take.demand(len(sides) == len(dict(sides)), "the parts of an owner must be on one joint")
+    take.demand(len({each.owner for each in found.changes}) == len(found.changes), "an owner has two changes")
+    take.demand(all(reason.strip() for *_, reason in found.excused), "an excuse needs a reason")
     return found
 
 
 def place_in(joints: int) -> Reader:
     """Return a reader of placements in the frame of one of some joints, or of the world."""
-
-    def read(where: str, value: object) -> FixedPlace:
-        found = record_of(FixedPlace)(where, value)
-        take.demand(found.joint <= joints, f"the joint of {where} must be at most {joints}")
-        return found
-
-    return read
+    known = take.that(lambda place: place.joint <= joints, f"on one of {joints} joints, or on the world")
+    return lambda where, value: known(where, record_of(FixedPlace)(where, value))
