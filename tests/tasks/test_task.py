@@ -619,3 +619,16 @@ def test_the_rest_in_a_moving_world_is_proven(cell: to.Scene) -> None:
     found = to.plan(task(moving, MoveTo(over(0.5, 0.2)), Dwell(0.5), MoveTo("ready")))
     assert found.verified, found.explain()
     assert len(found.segments) == 2
+
+
+def test_a_task_without_a_motion_has_a_result_without_a_trajectory(cell: to.Scene) -> None:
+    name = next(iter(cell.objects))
+    found = to.plan(task(cell, AttachObject(name, "panda_hand")))
+    assert found.verified
+    assert found.duration == 0.0
+    assert found.stages == ()
+    assert "in 0 motions" in str(found.explain())
+    assert found.final_positions == pytest.approx(found.start)
+    for part in ("trajectory", "certificate"):
+        with pytest.raises(ProblemError, match="has no motion"):
+            getattr(found, part)

@@ -109,9 +109,11 @@ class TaskState:
 
     @property
     def time(self) -> float:
+        """Duration of the planned motions [s]."""
         return sum(segment.duration for segment in self.segments)
 
     def to(self, leg: Leg) -> "TaskState":
+        """Return the state after a leg."""
         if self.lifting:
             leg = replace(leg, scene=replace(leg.scene, allowances=(*leg.scene.allowances, *self.lifting)))
         return replace(self, positions=leg.goal, steps=(*self.steps, leg), lifting=())
@@ -120,9 +122,11 @@ class TaskState:
         return replace(self, steps=(*self.steps, TaskRest(self.scene, name, seconds)))
 
     def through(self, segment: TaskSegment) -> "TaskState":
+        """Return the state after a planned motion, with a rest before it."""
         return replace(self, positions=segment.end, steps=(*self.steps, TaskRest(self.scene), segment))
 
     def moved(self, segment: TaskSegment) -> "TaskState":
+        """Return the state with one more planned motion."""
         return replace(self, rested=segment.end, segments=(*self.segments, segment.settled()))
 
 
@@ -289,6 +293,7 @@ class TaskSearch:
         return StageRefusal(stage, status, reasons.no_goal_configuration(reduced, found, wanted), names=names)
 
     def rested(self, state: TaskState, rest: float = 0.0, name: str = "") -> Way:
+        """Plan all steps of a state, with a rest after them [s]."""
         return self.planned(state.rest(rest, name))
 
     def planned(self, state: TaskState) -> Way:
@@ -298,6 +303,7 @@ class TaskSearch:
         return self._planned_before[state]
 
     def continued(self, before: TaskState, way: TaskState) -> Way:
+        """Return a way with the motions planned for the state before it."""
         if way.segments != before.segments:
             return way
         begun = self.planned(before)
@@ -372,6 +378,7 @@ class TaskSearch:
         return resting
 
     def arm(self, scene: Scene, positions: Floats) -> Floats:
+        """Return the positions of the group of the task."""
         return positions[scene.robot.index(scene.robot.group(self.group).joints)]
 
     def _problem(self, state: TaskState, legs: tuple[Leg, ...], rest: float) -> Problem:

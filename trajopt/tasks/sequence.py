@@ -16,7 +16,7 @@ from trajopt.scene.scene import Scene
 from trajopt.scene.track import Track
 from trajopt.timing.time_scaling import after_standing, standing
 from trajopt.values.arrays import Floats, readonly
-from trajopt.values.errors import PlanningFailed
+from trajopt.values.errors import PlanningFailed, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.trajectory import Trajectory
@@ -161,7 +161,8 @@ class MotionSequence(SavedResult, Generic[Part]):
     @property
     def final_positions(self) -> Floats:
         """Positions of all joints after, shape (number of joints,) [rad | m]."""
-        return self.require()[-1].end
+        segments = self.require()
+        return segments[-1].end if segments else self.start
 
     @property
     def final_state(self) -> Mapping[str, float]:
@@ -171,7 +172,7 @@ class MotionSequence(SavedResult, Generic[Part]):
     @property
     def begins(self) -> Floats:
         """Begin of each motion, shape (number of motions,) [s]."""
-        return readonly(np.cumsum([0.0, *(segment.duration for segment in self.require()[:-1])]))
+        return readonly(np.cumsum([0.0, *(segment.duration for segment in self.require())])[:-1])
 
     @property
     def stages(self) -> tuple[StageTime, ...]:
@@ -184,7 +185,7 @@ class MotionSequence(SavedResult, Generic[Part]):
     @cached_property
     def trajectory(self) -> Trajectory:
         """The whole as one motion of all joints that move in it, rests included."""
-        segments, robot = self.require(), self.scene.robot
+        segments, robot = self._motions(), self.scene.robot
         moved = {name for segment in segments for name in segment.result.problem.reduced.joint_names}
         joints = tuple(name for name in robot.joint_names if name in moved)
         parts = [_of_joints(segment, joints) for segment in segments]
@@ -198,8 +199,14 @@ class MotionSequence(SavedResult, Generic[Part]):
         """The checks of all motions, each in the scene of its time."""
         return joined(
             (segment.title, begin, segment.result.require().certificate)
-            for segment, begin in zip(self.require(), self.begins.tolist(), strict=True)
+            for segment, begin in zip(self._motions(), self.begins.tolist(), strict=True)
         )
+
+    def _motions(self) -> tuple[Part, ...]:
+        segments = self.require()
+        if not segments:
+            raise ProblemError(f"{shown(self.name)} has no motion: it has no trajectory and no certificate")
+        return segments
 
     @property
     def whole(self) -> tuple[ReducedModel, Trajectory]:

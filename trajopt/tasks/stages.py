@@ -16,6 +16,7 @@ from trajopt.problem.stated import GoalLike, stated_goal
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.tasks.cartesian.following import Begin, FollowOptions, follow
+from trajopt.tasks.cartesian.result import Followed
 from trajopt.tasks.grasping.stages import lifting_scene
 from trajopt.tasks.grasping.straight import along_line, track_line
 from trajopt.tasks.result import StageRefusal, TaskSegment
@@ -142,22 +143,11 @@ class FollowCurve(Value):
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         options = replace(self.options, begin=Begin.ANY_BRANCH)
-        followed = follow(
-            later(state.scene, state.time),
-            self.curve,
-            start=state.positions,
-            group=search.group,
-            options=options,
-            rng=search.rng,
-            budget=replace(search.tracker.remaining(), attempts=None),
-            cancel=search.tracker.cancel,
-            progress=search.tracker.progress,
-        )
-        search.tracker.add(followed.counts, followed.cpu_seconds)
-        if not followed.complete:
-            yield StageRefusal(self.name, followed.status, followed.reason, followed.result)
+        found = followed(search, state, self.curve, options, group=search.group)
+        if not found.complete:
+            yield StageRefusal(self.name, found.status, found.reason, found.result)
             return
-        segment = TaskSegment((self.name,), followed.result)
+        segment = TaskSegment((self.name,), found.result)
         begun = self._led(search, state, segment.positions(0.0))
         if isinstance(begun, StageRefusal):
             yield begun
@@ -193,6 +183,25 @@ class FollowCurve(Value):
         line = along_line(state.scene, begin, end, self.curve.frame, search.options)
         near = begin if name == "retract" else end
         return Leg(f"{self.name}: {name}", end, state.scene, line, near=near)
+
+
+def followed(
+    search: TaskSearch, state: TaskState, curve: FollowsCurve, options: FollowOptions, *, group: str
+) -> Followed:
+    """Follow a curve in the scene after a state, within the remaining budget."""
+    found = follow(
+        later(state.scene, state.time),
+        curve,
+        start=state.positions,
+        group=group,
+        options=options,
+        rng=search.rng,
+        budget=replace(search.tracker.remaining(), attempts=None),
+        cancel=search.tracker.cancel,
+        progress=search.tracker.progress,
+    )
+    search.tracker.add(found.counts, found.cpu_seconds)
+    return found
 
 
 @checked
@@ -310,20 +319,29 @@ class MoveObject(Value):
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        there = search.rested(state, self.seconds, self.name)
-        if isinstance(there, StageRefusal):
-            yield there
-            return
-        moved = there.scene.move(self.object, self.placement)
-        reduced = search.reduced(later(moved, there.time), there.positions)
-        seen = Judge(reduced).examine(reduced.start_positions, moment=Moment.START)
-        if seen.collisions:
-            words = reasons.collisions(seen)
-            yield StageRefusal(
-                self.name, Status.START_IN_COLLISION, f"the object meets the arm at rest: {words}"
-            )
-        else:
-            yield replace(there, scene=moved)
+        yield changed(
+            search, state, lambda scene: scene.move(self.object, self.placement), self.name, self.seconds
+        )
+
+
+def changed(
+    search: TaskSearch,
+    state: TaskState,
+    change: Callable[[Scene], Scene],
+    name: str,
+    seconds: float = 0.0,
+) -> Way:
+    """Return the state after a change of the scene, while the arm rests for some seconds [s]."""
+    there = search.rested(state, seconds, name)
+    if isinstance(there, StageRefusal):
+        return there
+    scene = change(there.scene)
+    reduced = search.reduced(later(scene, there.time), there.positions)
+    seen = Judge(reduced).examine(reduced.start_positions, moment=Moment.START)
+    if not seen.collisions:
+        return replace(there, scene=scene)
+    words = f"the object meets the arm at rest: {reasons.collisions(seen)}"
+    return StageRefusal(name, Status.START_IN_COLLISION, words)
 
 
 Cost = Callable[[Sequence[TaskSegment]], float]

@@ -197,11 +197,11 @@ class GroupState(GroupBase):
         return self._group.name
 
     def get_active_joints(self) -> list[str]:
-        """Return the names of the planned joints."""
+        """Return the planned joints."""
         return list(self._group.joints)
 
     def get_joints(self) -> list[str]:
-        """Return the names of all joints of the group, including fixed and mimic joints."""
+        """Return all joints, including fixed and mimic joints."""
         return joint_names(self._world.robot, self._group)
 
     def get_variable_count(self) -> int:
@@ -213,11 +213,11 @@ class GroupState(GroupBase):
         return bool(self._tip)
 
     def get_end_effector_link(self) -> str:
-        """Return the link of pose targets; empty if none."""
+        """Return the link of pose targets."""
         return self._tip
 
     def set_end_effector_link(self, link_name: str) -> None:
-        """Set the link, tool frame or attached object of pose targets."""
+        """Set the frame of pose targets."""
         self._tip = self._link(link_name)
 
     def get_interface_description(self) -> msg.PlannerInterfaceDescription:
@@ -229,45 +229,45 @@ class GroupState(GroupBase):
         return self._reference
 
     def set_pose_reference_frame(self, reference_frame: str) -> None:
-        """Set the frame of poses not stamped: a link, tool frame or object."""
+        """Set the frame of poses not stamped."""
         self._frame(reference_frame)
         self._reference = reference_frame
 
     def get_planning_frame(self) -> str:
-        """Return the planning frame: the root link, which coincides with the world frame."""
+        """Return the root link."""
         return self._planning_frame
 
     def get_current_joint_values(self) -> list[float]:
-        """Return the current positions of the planned joints [rad | m]."""
+        """Return the current positions [rad | m]."""
         return list(self._current().values())
 
     def get_current_pose(self, end_effector_link: str = "") -> msg.PoseStamped:
-        """Return the current pose of the end effector or another link, in the planning frame."""
+        """Return the current pose of a link."""
         return self._pose(end_effector_link, self._world.positions)
 
     def get_current_rpy(self, end_effector_link: str = "") -> list[float]:
-        """Return the current roll, pitch and yaw of the end effector, or of another link [rad]."""
+        """Return roll, pitch and yaw of a link [rad]."""
         where = self._world.scene.placement_of(self._link(end_effector_link), self._world.positions)
         return list(where.rpy)
 
     def get_random_joint_values(self) -> list[float]:
-        """Return random positions within the limits, with the world's fixed seed [rad | m]."""
+        """Return random positions, with a fixed seed [rad | m]."""
         limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
         lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
         upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
         return self._world.rng.uniform(lower, upper).tolist()
 
     def get_random_pose(self, end_effector_link: str = "") -> msg.PoseStamped:
-        """Return the pose of the end effector or another link at random joint values."""
+        """Return the pose of a link at random positions."""
         values = dict(zip(self._group.joints, self.get_random_joint_values(), strict=True))
         return self._pose(end_effector_link, state_positions(values, self._world))
 
     def get_current_state(self) -> msg.RobotState:
-        """Return the current joint positions of the whole robot, and its attached objects."""
+        """Return the positions of all joints, and attached objects."""
         return state_message(self._world.scene, self._world.positions)
 
     def get_current_state_bounded(self) -> msg.RobotState:
-        """Return the current state clipped to the joint limits."""
+        """Return the current state within limits."""
         return self.enforce_bounds(self.get_current_state())
 
     def enforce_bounds(self, robot_state_msg: Any) -> msg.RobotState:
@@ -301,7 +301,7 @@ class GroupSettings(GroupBase):
     """Planning settings of a group: tolerances [rad | m], times [s], and scaling factors in (0, 1]."""
 
     def get_goal_tolerance(self) -> tuple[float, float | list[float], float | list[float]]:
-        """Return the tolerances of joints [rad | m], positions [m] and orientations [rad]."""
+        """Return all tolerances [rad | m]."""
         position, orientation = self.get_goal_position_tolerance(), self.get_goal_orientation_tolerance()
         return self.get_goal_joint_tolerance(), position, orientation
 
@@ -310,15 +310,15 @@ class GroupSettings(GroupBase):
         return self._settings.joint_tolerance
 
     def get_goal_position_tolerance(self) -> float | list[float]:
-        """Return the goal position tolerance along each axis of the end effector [m]."""
+        """Return the tolerance along each axis [m]."""
         return one_or_three(self._settings.position_tolerance)
 
     def get_goal_orientation_tolerance(self) -> float | list[float]:
-        """Return the goal orientation tolerance about each axis of the end effector [rad]."""
+        """Return the tolerance about each axis [rad]."""
         return one_or_three(self._settings.orientation_tolerance)
 
     def set_goal_tolerance(self, value: float) -> None:
-        """Set the joint, position and orientation tolerances to one number [rad | m]."""
+        """Set all tolerances [rad | m]."""
         self.set_goal_joint_tolerance(value)
         self.set_goal_position_tolerance(value)
         self.set_goal_orientation_tolerance(value)
@@ -329,12 +329,12 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, joint_tolerance=tolerance)
 
     def set_goal_position_tolerance(self, value: float | Sequence[float]) -> None:
-        """Set one tolerance, or one for each axis of the goal [m]; infinity leaves an axis free."""
+        """Set one tolerance, or one for each axis; inf leaves it free [m]."""
         tolerance = per_axis("goal position tolerance", value)
         self._settings = replace(self._settings, position_tolerance=tolerance)
 
     def set_goal_orientation_tolerance(self, value: float | Sequence[float]) -> None:
-        """Set one tolerance, or one for each axis of the goal [rad]; pi or more leaves an axis free."""
+        """Set one tolerance, or one for each axis; pi leaves it free [rad]."""
         tolerance = per_axis("goal orientation tolerance", value)
         self._settings = replace(self._settings, orientation_tolerance=tolerance)
 
@@ -481,7 +481,7 @@ class GroupTargets(GroupBase):
             self._set_joints(self._by_place("joint values", arg1))
 
     def set_rpy_target(self, rpy: Sequence[float], end_effector_link: str = "") -> None:
-        """Set a target orientation of the end effector, [roll, pitch, yaw] [rad], at any position."""
+        """Set a target orientation [rad]."""
         self._aim(end_effector_link, TargetKind.ORIENTATION, [placement(rpy=rpy)])
 
     def set_orientation_target(self, q: Sequence[float], end_effector_link: str = "") -> None:
@@ -489,7 +489,7 @@ class GroupTargets(GroupBase):
         self._aim(end_effector_link, TargetKind.ORIENTATION, [placement(quaternion=q)])
 
     def set_position_target(self, xyz: Sequence[float], end_effector_link: str = "") -> None:
-        """Set a target position of the end effector [m], at any orientation."""
+        """Set a target position [m]."""
         self._aim(end_effector_link, TargetKind.POSITION, [placement(xyz)])
 
     def set_pose_target(self, pose: Any, end_effector_link: str = "") -> None:
@@ -533,22 +533,22 @@ class GroupTargets(GroupBase):
         self._targets = replace(self._targets, poses={})
 
     def set_random_target(self) -> None:
-        """Set random joint values within the limits as the target."""
+        """Set a random target within limits."""
         limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
         lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
         self._set_joints(self._by_place("random values", self._world.rng.uniform(lower, upper).tolist()))
 
     def get_named_targets(self) -> list[str]:
-        """Return the names of the described and the remembered states."""
+        """Return described and remembered states."""
         described = [state for owner, state in self._world.robot.states if owner == self._group.name]
         return list(dict.fromkeys((*described, *self._remembered)))
 
     def set_named_target(self, name: str) -> None:
-        """Set a remembered or described state as the target."""
+        """Set a described or remembered state."""
         self._set_joints(self.get_named_target_values(name))
 
     def get_named_target_values(self, target: str) -> dict[str, float]:
-        """Return the joint values of a named state, joint -> position [rad | m]."""
+        """Return a state, joint -> position [rad | m]."""
         if target in self._remembered:
             return self._by_place(target, self._remembered[target])
         if target not in self.get_named_targets():
@@ -557,7 +557,7 @@ class GroupTargets(GroupBase):
         return {joint: value for joint, value in values.items() if joint in self._group.joints}
 
     def remember_joint_values(self, name: str, values: Sequence[float] | None = None) -> None:
-        """Store joint values under a name; by default the current ones [rad | m]."""
+        """Store positions, by default the current ones [rad | m]."""
         here = list(self._current().values())
         self._remembered[name] = here if values is None else list(self._by_place(name, values).values())
 
@@ -680,7 +680,7 @@ class GroupConstraints(GroupBase):
         return self._trajectory_constraints
 
     def set_trajectory_constraints(self, value: Any) -> None:
-        """Set the trajectory constraints: waypoints, reached in order."""
+        """Set waypoints, reached in order."""
         if value is None:
             return self.clear_trajectory_constraints()
         for each in value.constraints:

@@ -53,6 +53,7 @@ from trajopt.server.move_group.outcome import (
 )
 from trajopt.tasks.cartesian import Followed
 from trajopt.tasks.grasping import Grasp, Gripper, PickPlaceResult, Place, Straight, grasps_of, gripper_of
+from trajopt.tasks.sequence import PlannedSegment
 from trajopt.timing import RetimeFailure
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ObjectNotFound, SolverNotFound, shown
@@ -203,7 +204,11 @@ class GroupMotions(GroupBase):
             code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, str(result.explain()), "grasping")
             self._world.report(ExecutionOutcome(code))
             return code.val
-        if plan_only or executed(result, self._world, self._tip):
+        if plan_only:
+            return MoveItErrorCodes.SUCCESS
+        if executed(result.require(), self._world, self._tip):
+            item = result.final_scene.object(result.name)
+            self._world.edit(lambda scene: replace(scene, objects={**scene.objects, item.name: item}))
             return MoveItErrorCodes.SUCCESS
         outcome = self._world.outcome
         assert outcome is not None
@@ -249,15 +254,10 @@ def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
     )
 
 
-def executed(result: PickPlaceResult, world: World, tip: str) -> bool:
-    for segment in result.require():
-        reduced = segment.result.problem.reduced
-        execution = Execution(reduced, segment.trajectory, tip)
-        if not world.execute(execution, wait=True).reached:
-            return False
-    item = result.final_scene.object(result.name)
-    world.edit(lambda scene: replace(scene, objects={**scene.objects, item.name: item}))
-    return True
+def executed(segments: Sequence[PlannedSegment], world: World, tip: str) -> bool:
+    """Execute planned motions in order; return whether all arrived."""
+    executions = (Execution(each.result.problem.reduced, each.trajectory, tip) for each in segments)
+    return all(world.execute(each, wait=True).reached for each in executions)
 
 
 def _frame(name: str, scene: Scene) -> str:

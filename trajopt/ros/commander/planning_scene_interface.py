@@ -26,7 +26,7 @@ Three = Sequence[float]
 
 @speaks_moveit
 class PlanningSceneInterface:
-    """Edits the scene of a world; the next plan uses each edit."""
+    """Edits the scene of a world; an object replaces any of its name."""
 
     def __init__(self, ns: str = "", synchronous: bool = True, *, world: World | None = None) -> None:
         """Select a world, by default the one of the enclosing `with` block; edits are synchronous."""
@@ -37,23 +37,23 @@ class PlanningSceneInterface:
         self._apply(document_of(collision_object, "collision object"), edit_object)
 
     def add_sphere(self, name: str, pose: Any, radius: float = 1) -> None:
-        """Add a sphere [m] at a PoseStamped, in place of any object of its name."""
+        """Add a sphere [m]."""
         self.add_object(self.make_sphere(name, pose, radius))
 
     def add_cylinder(self, name: str, pose: Any, height: float, radius: float) -> None:
-        """Add a cylinder along z [m] at a PoseStamped, in place of any object of its name."""
+        """Add a cylinder along z [m]."""
         self.add_object(self.make_cylinder(name, pose, height, radius))
 
     def add_cone(self, name: str, pose: Any, height: float, radius: float) -> None:
-        """Add a cone along z [m] at a PoseStamped, in place of any object of its name."""
+        """Add a cone along z [m]."""
         self.add_object(self.make_cone(name, pose, height, radius))
 
     def add_mesh(self, name: str, pose: Any, filename: str, size: Three = (1, 1, 1)) -> None:
-        """Add the mesh of a file, scaled, at a PoseStamped, in place of any object of its name."""
+        """Add the mesh of a file, scaled,."""
         self.add_object(self.make_mesh(name, pose, filename, size))
 
     def add_box(self, name: str, pose: Any, size: Three = (1, 1, 1)) -> None:
-        """Add a box [m] at a PoseStamped, in place of any object of its name."""
+        """Add a box [m]."""
         self.add_object(self.make_box(name, pose, size))
 
     def add_plane(self, name: str, pose: Any, normal: Three = (0, 0, 1), offset: float = 0) -> None:
@@ -108,7 +108,7 @@ class PlanningSceneInterface:
         size: Three = (1, 1, 1),
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Attach a shape [m], or an existing object if no pose is given."""
+        """Attach a shape [m]; without a pose, an existing object."""
         self.attach_object(name if pose is None else self.make_box(name, pose, size), link, touch_links)
 
     def attach_sphere(
@@ -119,7 +119,7 @@ class PlanningSceneInterface:
         radius: float = 1,
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Attach a shape [m], or an existing object if no pose is given."""
+        """Attach a shape [m]; without a pose, an existing object."""
         self.attach_object(name if pose is None else self.make_sphere(name, pose, radius), link, touch_links)
 
     def attach_cylinder(
@@ -131,7 +131,7 @@ class PlanningSceneInterface:
         radius: float = 1,
         touch_links: Sequence[str] | None = None,
     ) -> None:
-        """Attach a shape [m], or an existing object if no pose is given."""
+        """Attach a shape [m]; without a pose, an existing object."""
         made = name if pose is None else self.make_cylinder(name, pose, height, radius)
         self.attach_object(made, link, touch_links)
 
@@ -205,27 +205,27 @@ class PlanningSceneInterface:
 
     @staticmethod
     def make_box(name: str, pose: Any, size: Three) -> msg.CollisionObject:
-        """Return the message that adds a box [m]."""
+        """Return a message with a box [m]."""
         return _primitive(name, pose, msg.SolidPrimitive.BOX, size)
 
     @staticmethod
     def make_sphere(name: str, pose: Any, radius: float) -> msg.CollisionObject:
-        """Return the message that adds a sphere [m]."""
+        """Return a message with a sphere [m]."""
         return _primitive(name, pose, msg.SolidPrimitive.SPHERE, [radius])
 
     @staticmethod
     def make_cylinder(name: str, pose: Any, height: float, radius: float) -> msg.CollisionObject:
-        """Return the message that adds a cylinder [m]."""
+        """Return a message with a cylinder [m]."""
         return _primitive(name, pose, msg.SolidPrimitive.CYLINDER, [height, radius])
 
     @staticmethod
     def make_cone(name: str, pose: Any, height: float, radius: float) -> msg.CollisionObject:
-        """Return the message that adds a cone [m]."""
+        """Return a message with a cone [m]."""
         return _primitive(name, pose, msg.SolidPrimitive.CONE, [height, radius])
 
     @staticmethod
     def make_mesh(name: str, pose: Any, filename: str, scale: Three = (1, 1, 1)) -> msg.CollisionObject:
-        """Return the message that adds the mesh of a file."""
+        """Return a message with the mesh of a file."""
         x, y, z = (float(factor) for factor in scale)
         message = _placed(name, pose)
         message.meshes = [mesh_message(load_mesh(Path(filename), (x, y, z)))]
@@ -233,7 +233,7 @@ class PlanningSceneInterface:
 
     @staticmethod
     def make_plane(name: str, pose: Any, normal: Three = (0, 0, 1), offset: float = 0) -> msg.CollisionObject:
-        """Return the message that adds the half-space below a plane."""
+        """Return a message with the half-space below a plane."""
         message = _placed(name, pose)
         message.planes = [msg.Plane([*map(float, normal), float(offset)])]
         return message

@@ -1,5 +1,6 @@
 """Unchanged scripts: while one runs, the names of ROS and MoveIt refer to the stand-ins."""
 
+import builtins
 import io
 import logging
 import runpy
@@ -25,9 +26,9 @@ from trajopt.values.errors import FileFormatError, TrajoptError, shown
 _LOG = logging.getLogger("trajopt.ros.commander")
 HERE = "trajopt.ros.commander"
 PACKAGES = {
-    "moveit_commander": ("conversions", "exception", "move_group", "planning_scene_interface", "robot"),
+    "moveit_commander": ("conversions", "move_group", "planning_scene_interface", "robot"),
     "rospy": (),
-    "rclpy": ("logging",),
+    "rclpy": (),
     "moveit": (
         "planning",
         "core",
@@ -36,11 +37,19 @@ PACKAGES = {
         "core.robot_model",
         "core.robot_state",
         "core.robot_trajectory",
+        "task_constructor",
+        "task_constructor.core",
+        "task_constructor.stages",
     ),
     "tf": ("transformations",),
     **dict.fromkeys(MESSAGE_PACKAGES, ("msg",)),
 }
 """Packages of ROS and MoveIt that have stand-ins, and their modules."""
+ELSEWHERE = {
+    "moveit_commander.exception": "trajopt.server.move_group.outcome",
+    **dict.fromkeys(("rclpy.logging", "rclcpp", "py_binding_tools", "moveit.python_tools"), f"{HERE}.rclpy"),
+}
+"""Further modules of ROS and MoveIt, and the modules with their names."""
 REASONS = {
     **dict.fromkeys(
         ("rospy.Subscriber", "rospy.wait_for_message"),
@@ -53,6 +62,14 @@ REASONS = {
     **dict.fromkeys(
         ("rclpy.create_node", "rclpy.node"),
         "there are no nodes in a simulated world; MoveItPy's methods do what MoveIt's services do",
+    ),
+    "moveit.task_constructor.stages.FixCollisionObjects": "move the object by PlanningSceneInterface",
+    **dict.fromkeys(
+        (
+            f"moveit.task_constructor.core.{name}"
+            for name in ("Generator", "MonitoringGenerator", "PropagatingEitherWay", "PropagatingForward")
+        ),
+        "a stage of one's own is a class with the members of trajopt.tasks.TaskStage",
     ),
     "rospy.Timer": "scripts run in one thread here; call the function in a loop with rospy.Rate",
     **dict.fromkeys(
@@ -176,18 +193,18 @@ def missing(module: ModuleType, name: str) -> str:
 
 def stand_ins() -> dict[str, ModuleType]:
     """Return the stand-in modules by their import names."""
-    packages = dict(PACKAGES)
-    if find_spec("six") is None:  # Old scripts import it; the real one is as good where it is installed.
-        packages["six"] = ("moves",)
+    sources: dict[str, str] = {}
+    for package, modules in PACKAGES.items():
+        sources[package] = HERE if package == "moveit_commander" else f"{HERE}.{package}"
+        sources.update({f"{package}.{module}": f"{sources[package]}.{module}" for module in modules})
     found: dict[str, ModuleType] = {}
-    for package, modules in packages.items():
-        source = HERE if package == "moveit_commander" else f"{HERE}.{package}"
-        found[package] = StandIn(package, import_module(source))
-        for module in modules:
-            inner = StandIn(f"{package}.{module}", import_module(f"{source}.{module}"))
-            found[inner.__name__] = inner
-            parent, _, last = inner.__name__.rpartition(".")
-            setattr(found[parent], last, inner)
+    for name, source in {**sources, **ELSEWHERE}.items():
+        found[name] = StandIn(name, import_module(source))
+        parent, _, last = name.rpartition(".")
+        if parent:
+            setattr(found[parent], last, found[name])
+    if find_spec("six") is None:  # Old scripts import it; the real one is as good where it is installed.
+        found |= _six()
     for module in (found[name] for name in found if name.startswith("moveit_commander")):
         for key, kind in UNCHANGED.items():
             if key in vars(module):
@@ -195,6 +212,16 @@ def stand_ins() -> dict[str, ModuleType]:
     # Many scripts end with moveit_commander.os._exit(0), which must not end the process that runs them.
     found["moveit_commander"].__dict__["os"] = SimpleNamespace(_exit=sys.exit)
     return found
+
+
+def _six() -> dict[str, ModuleType]:
+    """Return the names of `six` that scripts from Python 2 use."""
+    six, moves = ModuleType("six"), ModuleType("six.moves")
+    vars(six).update(
+        PY2=False, PY3=True, string_types=(str,), integer_types=(int,), text_type=str, moves=moves
+    )
+    vars(moves).update({name: vars(builtins)[name] for name in ("input", "range", "zip", "map", "filter")})
+    return {"six": six, "six.moves": moves}
 
 
 @contextmanager

@@ -227,6 +227,7 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
 
 
 def arm_of(robot: Robot, gripper: Gripper) -> str:
+    """Return the group of the arm that carries a gripper."""
     for effector in robot.end_effectors.values():
         if effector.group == gripper.group:
             return _arm(robot, effector)

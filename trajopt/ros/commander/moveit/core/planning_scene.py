@@ -13,6 +13,7 @@ from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
 from trajopt.ros.commander.moveit.core.robot_state import RobotState, judged, of_robot
 from trajopt.ros.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.ros.commander.world import World
+from trajopt.scene.scene import Scene
 from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit
 from trajopt.values.arrays import Floats
 
@@ -24,10 +25,16 @@ ALL = 0xFFFF
 class PlanningScene(InPart):
     """The scene of a world, read-only or writable, with a copy of the robot's positions at entry."""
 
-    def __init__(self, robot_model: RobotModel, world: World, *, writable: bool) -> None:
+    def __init__(self, robot_model: RobotModel, world: World | None = None, *, writable: bool = True) -> None:
+        """Select a world; by default a new one with the robot alone."""
         self.name, self.robot_model, self.current_state = "", robot_model, RobotState(robot_model)
-        self.current_state.positions = world.positions
-        self._world, self._writable = world, writable
+        self._world, self._writable = world or World(robot_model.robot), writable
+        self.current_state.positions = self._world.positions
+
+    @property
+    def scene(self) -> Scene:
+        """Trajopt's scene."""
+        return self._world.scene
 
     @property
     def planning_frame(self) -> str:

@@ -1,0 +1,75 @@
+"""Stand-in for the parts of `rclpy`, `rclcpp` and `py_binding_tools` that MoveIt's scripts use."""
+
+import logging as _logging
+from types import SimpleNamespace
+
+from trajopt.ros.commander.world import current_world
+
+_LOG = _logging.getLogger("trajopt.ros.commander")
+
+
+def init(*_: object, **__: object) -> None:
+    """Do nothing; no middleware is used."""
+
+
+roscpp_init = init
+
+
+class Node:
+    """A name without communication, as `rclcpp.Node`."""
+
+    def __init__(self, name: str, *_: object, **__: object) -> None:
+        self.name = name
+
+
+def ok(*_: object) -> bool:
+    """Return whether `shutdown` has not been called."""
+    world = current_world()
+    return world is None or not world.node.shut_down
+
+
+def shutdown(*_: object, **__: object) -> None:
+    """Make `ok` return False from now on."""
+    world = current_world()
+    if world is not None:
+        world.node.end()
+
+
+def spin(*_: object, **__: object) -> None:
+    """Return immediately; no messages arrive."""
+    _LOG.info("rclpy.spin() returns: nothing is received in a simulated world")
+
+
+class Logger:
+    """A logger that prefixes its lines with a name."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def debug(self, message: str, **_: object) -> None:
+        self._log(_logging.DEBUG, message)
+
+    def info(self, message: str, **_: object) -> None:
+        self._log(_logging.INFO, message)
+
+    def warning(self, message: str, **_: object) -> None:
+        self._log(_logging.WARNING, message)
+
+    warn = warning
+
+    def error(self, message: str, **_: object) -> None:
+        self._log(_logging.ERROR, message)
+
+    def fatal(self, message: str, **_: object) -> None:
+        self._log(_logging.CRITICAL, message)
+
+    def _log(self, level: int, message: str) -> None:
+        _LOG.log(level, "%s: %s", self.name, message)
+
+
+def get_logger(name: str) -> Logger:
+    return Logger(name)
+
+
+logging = SimpleNamespace(get_logger=get_logger)
+"""`rclpy.logging`."""
