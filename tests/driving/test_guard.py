@@ -118,7 +118,7 @@ def test_actions_into_an_obstacle_end_before_it(walled: to.Scene) -> None:
     assert touching(walled, swing(driven[0, 0], 0, -1.0)[:, None])
     assert not touching(walled, driven)
     assert {each.outcome for each in decisions} != {ActionOutcome.AS_GIVEN}
-    assert any("not proven to be clear" in each.reason for each in decisions)
+    assert any("and wall would be too near to each other at" in each.reason for each in decisions)
 
 
 @pytest.mark.parametrize("moving", [False, True])
@@ -149,7 +149,10 @@ def test_actions_of_an_arm_in_contact_are_not_driven(free: to.Scene) -> None:
     guard.see(touching)
     for joint in range(7):
         decision = guard.act(swing(arm.state().positions, joint, 0.3), rate=RATE)
-        assert decision.outcome is ActionOutcome.STOPPED and "not proven to be clear" in decision.reason
+        assert decision.outcome is ActionOutcome.STOPPED
+        assert (
+            decision.reason == "panda_link7 and ball would be too near to each other at 0.00 s of the motion"
+        )
         assert np.ptp(drive(arm, guard, 0.2)[:, 0], axis=0).max() == 0.0
 
 
@@ -199,6 +202,40 @@ def test_invalid_actions_stop_the_robot(free: to.Scene, actions: object) -> None
     assert len(decision.commanded) == 0
     assert np.abs(drive(arm, guard, 0.4)[-1, 1]).max() == 0.0
     assert EventKind.UNPROVEN_STOP not in {event.kind for event in guard.events}
+
+
+class Tensor:
+    """As a tensor of PyTorch that an array cannot be made of."""
+
+    def __array__(self, dtype: object = None, copy: object = None) -> Floats:
+        raise RuntimeError(
+            "Can't call numpy() on Tensor that requires grad. Use tensor.detach().numpy() instead."
+        )
+
+
+def test_a_tensor_that_is_not_an_array_stops_the_robot_with_its_own_remedy(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    guard.act(swing(arm.state().positions, 0, 0.8), rate=RATE)
+    drive(arm, guard, 0.4)
+    decision = guard.act(Tensor(), rate=RATE)
+    assert decision.outcome is ActionOutcome.STOPPED and "Use tensor.detach().numpy()" in decision.reason
+    assert np.abs(drive(arm, guard, 0.4)[-1, 1]).max() == 0.0
+
+
+def test_a_robot_that_does_not_follow_is_described(free: to.Scene) -> None:
+    arm, guard = guarded(free)
+    arm.displace(np.full(7, 0.01))
+    decision = guard.act(swing(arm.state().positions, 0, 0.1), rate=RATE)
+    assert decision.outcome is ActionOutcome.STOPPED and "has to be at" in decision.reason
+    assert "the driver stopped the robot" in guard.act(np.zeros((1, 7)), rate=RATE).reason
+
+
+def test_an_arm_outside_its_limits_is_not_taken_over(free: to.Scene) -> None:
+    joints, robot = free.robot.group(GROUP).joints, free.robot
+    begin = robot.positions("ready")[robot.index(joints)]
+    begin[0] = robot.limits.upper[robot.index(joints)[0]] + 1e-3
+    with pytest.raises(ProblemError, match=r"panda_joint1 is at .*, outside its limits .*; move it inside"):
+        Guard(free, GROUP, IdealExecutor(joints, begin))
 
 
 def test_a_silent_policy_ends_at_rest(free: to.Scene) -> None:

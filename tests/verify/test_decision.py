@@ -49,8 +49,12 @@ def test_a_contact_that_ends_the_search_is_one(tmp_path: Path) -> None:
         model = crowded(tmp_path, seed)
         motion, judge = wavy(model, seed, size=0.6), Judge(model)
         verdict = judge.decide(motion, NOTHING)
-        if np.isfinite(verdict.contact):
-            assert not verdict.verified and judge.examine(motion(verdict.contact)).collisions
+        if verdict.contact is not None:
+            collisions = judge.examine(motion(verdict.contact.time)).collisions
+            assert (verdict.contact.first, verdict.contact.second) in {
+                (each.first, each.second) for each in collisions
+            }
+            assert not verdict.verified
             ended += 1
     assert 5 <= ended < 20
 

@@ -318,19 +318,30 @@ def off_track(executor: Executor, committed: CommittedMotion, robot: Robot) -> s
 
 def outside_limits(problem: Problem, executor: Executor) -> str:
     """List the joints outside the group that exceed their limits; empty if none."""
-    robot, reduced = problem.scene.robot, problem.reduced
-    limits, start, driven = robot.limits, problem.start_positions, executor.joint_names
+    robot, driven = problem.scene.robot, executor.joint_names
     found: list[str] = []
-    for index, name in enumerate(robot.joint_names):
-        lower, upper, here = (float(each[index]) for each in (limits.lower, limits.upper, start))
-        if name in reduced.moving_joints or lower - ROUNDING <= here <= upper + ROUNDING:
+    for name in robot.joint_names:
+        outside = "" if name in problem.reduced.moving_joints else joint_outside(problem, name)
+        if not outside:
             continue
-        unit = joint_unit(robot.model, name)
         held = "stays there"
         if name in driven:
+            unit = joint_unit(robot.model, name)
             held = f"is held there within {in_unit(float(executor.tolerance[driven.index(name)]), unit)}"
         elif name in robot.mimics:
             held = f"follows {robot.mimics[name].source}"
-        where = in_joint_position(here, unit)
-        found.append(f"{name} is at {where}, outside its limits {in_range(lower, upper, unit)}, and {held}")
+        found.append(f"{outside}, and {held}")
     return "; ".join(found)
+
+
+def joint_outside(problem: Problem, name: str) -> str:
+    """Describe by how much a joint starts outside its limits; empty if it is inside."""
+    robot = problem.scene.robot
+    (index,), limits = robot.index([name]), robot.limits
+    lower, upper, here = (
+        float(each[index]) for each in (limits.lower, limits.upper, problem.start_positions)
+    )
+    if lower - ROUNDING <= here <= upper + ROUNDING:
+        return ""
+    unit = joint_unit(robot.model, name)
+    return f"{name} is at {in_joint_position(here, unit)}, outside its limits {in_range(lower, upper, unit)}"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.driving.action_chunk import ActionChunk, ActionMotion, along_actions, joints_of
-from trajopt.driving.commit_loop import CommitLoop
+from trajopt.driving.commit_loop import CommitLoop, joint_outside
 from trajopt.driving.committed_motion import REST
 from trajopt.driving.events import EventKind
 from trajopt.driving.executor import Executor
@@ -26,6 +26,7 @@ from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
+from trajopt.verify import Verdict
 
 RATES = (1.0, 0.5, 0.25)
 """Rates at which the actions are tried, the next if no motion along them is within the limits."""
@@ -44,6 +45,8 @@ LARGEST = 1e6
 REHEARSED = 1e-3
 """Motion of each joint in the rehearsal before the first decision [rad | m]."""
 UNPROVEN = "the motion is not proven to be clear and within the limits"
+FAILURES = {EventKind.FAULT, EventKind.OFF_TRACK}
+"""Events that end the guard's work."""
 STEP, STEPS = 0.01, 4
 """Time step of the motion nearest to the actions [s], and its number of steps: two control cycles of 50 Hz,
 so that
@@ -138,10 +141,16 @@ class Guard(CommitLoop):
 
         Args:
             constraints: Path constraints, beyond limits and clearances.
+
+        Raises:
+            ProblemError: If the robot moves, or a joint of the group is outside its limits.
         """
         here = dict(zip(executor.joint_names, executor.state().commanded.tolist(), strict=True))
         at_rest = {name: here[name] for name in scene.robot.group(group).joints if name in here}
         problem = Problem(scene=scene, group=group, start=here, goal=at_rest, constraints=constraints)
+        for name in problem.reduced.joint_names:
+            if outside := joint_outside(problem, name):
+                raise ProblemError(f"{outside}; move it inside before a guard takes over")
         super().__init__(executor, problem)
         self.options, self.frame = options, frame or tool_frame(problem.reduced)
         problem.reduced.attachment(self.frame)
@@ -209,7 +218,7 @@ class Guard(CommitLoop):
         times = stated + np.arange(1, len(targets) + 1) / rate
         with self._commitment.journal.stage("act"):
             if not self._watch():
-                return self._stopped("the robot does not follow; its events give the reason", times)
+                return self._stopped(self._failure, times)
             self._next = -inf
             if not len(targets):
                 self._chunk = None
@@ -272,10 +281,9 @@ class Guard(CommitLoop):
         rest = chunk.after(at + STEP / 4.0)
         if not len(rest.times):
             self._chunk = None
+            late = at - float(chunk.times[-1])
             return self._stopped(
-                f"no action is left: the last is due at {chunk.times[-1]:.3f} s, and a motion begins at "
-                f"{at:.3f} s at the soonest",
-                times,
+                f"no action is left: the last is due {late:.3g} s before a motion can begin", times
             )
         if commitment.stale(at):
             return self._stopped(commitment.world.stale(at), times)
@@ -300,16 +308,20 @@ class Guard(CommitLoop):
                 verdict = guard.verdict(first, world, at)
                 if verdict.verified:
                     return _Found(_outcome(motion, count, rate, rest), first, motion.chunk, count), reason
-                reason, contact = UNPROVEN, verdict.contact
+                reason, contact = (
+                    reason or _why(verdict),
+                    inf if verdict.contact is None else verdict.contact.time,
+                )
             count //= 2
             while count and motion.times[count] >= contact:  # it is on the way to these actions, too
                 count //= 2
         nearest = self._nearest(rest, state, at)
         if nearest is None:
             return None, reason or "no motion within the limits of the joints follows the actions"
-        if guard.proven(nearest, world, at):
+        verdict = guard.verdict(nearest, world, at)
+        if verdict.verified:
             return _Found(ActionOutcome.PROJECTED, nearest, rest, 0), reason
-        return None, UNPROVEN
+        return None, _why(verdict)
 
     def _within_limits(self, rest: ActionChunk, state: Floats, at: float) -> tuple[ActionMotion, int, float]:
         found = list[tuple[ActionMotion, int, float]]()
@@ -357,6 +369,11 @@ class Guard(CommitLoop):
         unchanged = 0 if outcome is ActionOutcome.SLOWED else int((off <= SAME).sum())
         return Decision(outcome, reason, unchanged, commanded)
 
+    @property
+    def _failure(self) -> str:
+        latest = next((event.words for event in reversed(self.events) if event.kind in FAILURES), "")
+        return f"the robot does not follow: {latest}; clear the fault and create another guard"
+
     def _stopped(self, reason: str, times: Floats) -> Decision:
         self._commitment.journal.note_unless_latest(EventKind.STOPPING, reason)
         return Decision(ActionOutcome.STOPPED, reason, 0, self._positions(times))
@@ -372,6 +389,14 @@ def _outcome(motion: ActionMotion, count: int, rate: float, actions: ActionChunk
         return ActionOutcome.SHORTENED
     off = np.abs(motion.states[0, 1:] - actions.targets).max()
     return ActionOutcome.AS_GIVEN if off <= SAME else ActionOutcome.SMOOTHED
+
+
+def _why(verdict: Verdict) -> str:
+    contact = verdict.contact
+    if contact is None:
+        return UNPROVEN
+    bodies = f"{contact.first} and {contact.second}"
+    return f"{bodies} would be too near to each other at {contact.time:.2f} s of the motion"
 
 
 def _wrong_number(name: str, count: int) -> str:

@@ -54,8 +54,8 @@ def floats(
         if given.dtype.kind not in NUMBERS or (given.dtype == object and any(map(_no_number, given.flat))):
             raise TypeError("no numbers")
         array = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        raise ShapeError(name, f"{what}, is {shown(value)}") from error
+    except (TypeError, ValueError, OverflowError, RuntimeError) as error:
+        raise ShapeError(name, f"{what}, is {shown(value)}{_particulars(value, error)}") from error
     expected = tuple(shape)
     if array.ndim != len(expected) or (
         array.shape != expected
@@ -68,6 +68,13 @@ def floats(
     if not np.isfinite(array).all() and (not infinite or np.isnan(array).any()):
         raise ShapeError(name, f"holds a number that is not finite: {shown(array.tolist())}")
     return readonly(array)
+
+
+def _particulars(value: object, error: Exception) -> str:
+    """Return the type of an array, or the reason why an object, such as a tensor, does not become one."""
+    if isinstance(value, np.ndarray):
+        return f" of {cast("Floats", value).dtype}"
+    return f": {error}" if hasattr(value, "__array__") else ""
 
 
 def indices(name: str, value: object, width: int, count: int) -> Ints:

@@ -65,18 +65,27 @@ class Specification(Value):
     clock: float = 0.0
 
 
+@dataclass(frozen=True)
+class FoundContact:
+    """Links or objects that come too near to each other at a time of a motion [s]."""
+
+    first: str
+    second: str
+    time: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
     """Outcome of the judgement without margins.
 
     Attributes:
         verified: Whether every required check of a certificate would hold.
-        contact: Time of a contact that ended the search, infinite if none did [s].
+        contact: The contact that ended the search for a proof; None if none did.
         counts: Work of the judge.
     """
 
     verified: bool
-    contact: float
+    contact: FoundContact | None
     counts: Counts
 
 

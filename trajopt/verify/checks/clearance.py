@@ -15,7 +15,7 @@ from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance
 from trajopt.verify.kernel.clearance_search import Contact, Findings, Tally, search_clearance
 from trajopt.verify.kernel.motion import JudgedMotion, Polynomials
 from trajopt.verify.kernel.pair_distances import PairDistances, rows
-from trajopt.verify.specification import Criterion
+from trajopt.verify.specification import Criterion, FoundContact
 
 if TYPE_CHECKING:
     from trajopt.scene.clearances import ContactAllowance
@@ -56,9 +56,10 @@ class ClearanceCriterion(Criterion):
         return self._decided.proven
 
     @property
-    def contact(self) -> float:
-        """Time of a contact that is not accepted and that ended the search; infinite if there is none [s]."""
-        return min((contact.time for contact in self._decided.contacts), default=inf)
+    def contact(self) -> FoundContact | None:
+        """The first contact found that is not accepted."""
+        found = min(self._decided.contacts, key=lambda contact: contact.time, default=None)
+        return None if found is None else FoundContact(*self.distances.owners(found.pair), found.time)
 
     @cached_property
     def _decided(self) -> Findings:
