@@ -73,7 +73,7 @@ def floats(
 def _particulars(value: object, error: Exception) -> str:
     """Return the type of an array, or the reason why an object, such as a tensor, does not become one."""
     if isinstance(value, np.ndarray):
-        return f" of {cast("Floats", value).dtype}"
+        return f" of {cast('Floats', value).dtype}"
     return f": {error}" if hasattr(value, "__array__") else ""
 
 
