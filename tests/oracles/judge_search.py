@@ -72,7 +72,7 @@ class PairTravel:
         Returns:
             Shape (i,) [m].
         """
-        travel = self._travel.bound(poses, centres, moved)
+        travel = self._travel.bound(poses, centres, moved).travel
         first, own, second, other = self._rows[pair].T
         return travel[cell, first, own] + travel[cell, second, other]
 

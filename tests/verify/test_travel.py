@@ -54,7 +54,7 @@ def test_no_point_of_a_body_leaves_its_bound(tmp_path: Path, seed: int) -> None:
     begin = rng.uniform(0.0, 1.9, 20)
     end = begin + rng.uniform(0.001, 0.1, 20)
     poses = motion.poses((begin + end) / 2)
-    bound = travel.bound(poses, travel.centres(poses), motion.deviation(begin, end))[:, 0, -1]
+    bound = travel.bound(poses, travel.centres(poses), motion.deviation(begin, end)).travel[:, 0, -1]
     loose: list[float] = []
     for row in range(20):
         seen = motion.poses(np.append(np.linspace(begin[row], end[row], 60), (begin[row] + end[row]) / 2))

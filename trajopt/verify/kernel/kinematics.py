@@ -153,6 +153,20 @@ def relative_chain(kinematics: Kinematics, joint: int, reference: int) -> tuple[
     return mine + theirs[::-1], len(mine)
 
 
+@dataclass(frozen=True, eq=False)
+class TravelBounds:
+    """Bounds for w spheres, in c intervals.
+
+    Attributes:
+        levers: Largest distance of a sphere's points from the axis of each joint, while the outer joints
+            move, shape (c, w, length) [m].
+        travel: Travel of its points by the outermost k joints, shape (c, w, length + 1) [m].
+    """
+
+    levers: Floats
+    travel: Floats
+
+
 class Travel:
     """Bounds on the travel of spheres, each with its own joints, while joints move by bounded amounts.
 
@@ -193,30 +207,24 @@ class Travel:
         turned = np.einsum("cwij,wj->cwi", poses.rotation[:, self._carrier], self._centre)
         return turned + poses.translation[:, self._carrier]
 
-    def reach(self, poses: Poses, centres: Floats, step: int) -> Floats:
-        """Return the largest distance of spheres' points from the axis of joint number `step`, (c, w) [m].
-
-        Args:
-            step: Index in the chains, 0 for the outermost joints.
-        """
-        joint = self.joints[:, step]
-        axis = np.einsum("cwij,wj->cwi", poses.rotation[:, joint], self._kinematics.axes[joint])
-        arm = centres - poses.translation[:, joint]
-        along = np.einsum("cwi,cwi->cw", arm, axis)
-        square = np.einsum("cwi,cwi->cw", arm, arm) - along**2
-        return np.sqrt(np.maximum(square, 0.0)) + self._radius
-
-    def bound(self, poses: Poses, centres: Floats, moved: Floats) -> Floats:
-        """Bound the travel of every point of each sphere by the outermost k joints, (c, w, length + 1) [m].
+    def bound(self, poses: Poses, centres: Floats, moved: Floats) -> TravelBounds:
+        """Bound the travel of every point of each sphere.
 
         Args:
             moved: Largest move of each joint, shape (c, joints) [rad | m].
         """
         count, length = self.joints.shape
-        result = np.zeros((len(moved), count, length + 1))
+        axis = np.einsum(
+            "cwlij,wlj->cwli", poses.rotation[:, self.joints], self._kinematics.axes[self.joints]
+        )
+        arm = centres[:, :, None] - poses.translation[:, self.joints]
+        along = np.einsum("cwli,cwli->cwl", arm, axis)
+        square = np.einsum("cwli,cwli->cwl", arm, arm) - along**2
+        levers = np.sqrt(np.maximum(square, 0.0)) + self._radius[:, None]
+        turns, moves = self._kinematics.revolute[self.joints], moved[:, self.joints]
+        travel = np.zeros((len(moved), count, length + 1))
         for step in range(length):
-            joint = self.joints[:, step]
-            lever = self.reach(poses, centres, step) + result[..., step]
-            turns = self._kinematics.revolute[joint]
-            result[..., step + 1] = result[..., step] + moved[:, joint] * np.where(turns, lever, 1.0)
-        return result
+            levers[..., step] += travel[..., step]
+            lever = np.where(turns[:, step], levers[..., step], 1.0)
+            travel[..., step + 1] = travel[..., step] + moves[..., step] * lever
+        return TravelBounds(levers, travel)

@@ -81,7 +81,7 @@ class RelativeMotion:
         moved = motion.deviation(begin, end)
         speed, increase = motion.rates(begin, end, 1), motion.rates(begin, end, 2)
         centres = self._travel.centres(poses)
-        travel = self._travel.bound(poses, centres, moved)[:, 0]
+        bounds = self._travel.bound(poses, centres, moved)
         zero = np.zeros(len(begin))
         turn, rate, turn_acceleration = zero, zero, zero
         velocity, acceleration = zero, zero
@@ -90,12 +90,13 @@ class RelativeMotion:
             if not motion.kinematics.revolute[joint]:
                 velocity, acceleration = velocity + w, acceleration + a
                 continue
-            radius = self._travel.reach(poses, centres, step)[:, 0] + travel[:, step]
+            radius = bounds.levers[:, 0, step]
             acceleration = acceleration + 2.0 * w * velocity + (w**2 + a) * radius
             velocity = velocity + w * radius
             turn_acceleration = turn_acceleration + a + rate * w
             rate, turn = rate + w, turn + moved[:, joint]
-        return RateBounds(turn, travel[:, -1], rate, turn_acceleration, velocity, acceleration)
+        shift = bounds.travel[:, 0, -1]
+        return RateBounds(turn, shift, rate, turn_acceleration, velocity, acceleration)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +164,7 @@ class PointMotion:
         poses = motion.poses((begin + end) / 2)
         rates, increases, jerks = (motion.rates(begin, end, order) for order in (1, 2, 3))
         centres = self._travel.centres(poses)
-        travel = self._travel.bound(poses, centres, motion.deviation(begin, end))[:, 0]
+        levers = self._travel.bound(poses, centres, motion.deviation(begin, end)).levers[:, 0]
         zero = np.zeros(len(begin))
         v, u, k = zero, zero, zero  # of the point: velocity, acceleration, jerk
         turn, turn_first, turn_second = zero, zero, zero  # angular velocity and its derivatives
@@ -172,7 +173,7 @@ class PointMotion:
             if not motion.kinematics.revolute[joint]:
                 v, u, k = v + w, u + a, k + j
                 continue
-            r = self._travel.reach(poses, centres, step)[:, 0] + travel[:, step]
+            r = levers[:, step]
             k = k + 3.0 * w * u + 3.0 * (a + w**2) * v + (j + 3.0 * w * a + w**3) * r
             u = u + 2.0 * w * v + (a + w**2) * r
             v = v + w * r
