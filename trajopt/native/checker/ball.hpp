@@ -63,36 +63,47 @@ struct Range {
   }
 };
 
-// All vectors within a radius of a centre.
-struct Vec {
+// All vectors within a radius of a centre. WIDE: of a radius that is not only rounding.
+template <bool WIDE>
+struct Vectors {
   double x = 0.0, y = 0.0, z = 0.0, r = 0.0;
   // Upper bounds of the length of the centre, and of all vectors.
   double middle() const { return std::sqrt(x * x + y * y + z * z) * GROWN + TINY; }
   double length() const { return grown(middle() + r); }
   double sum() const { return std::abs(x) + std::abs(y) + std::abs(z); }
+  // The factor of a radius in a product: where radii are rounding, twice as much is better than a root.
+  double factor() const { return WIDE ? middle() : sum(); }
 };
+using Vec = Vectors<false>;
+using WideVec = Vectors<true>;
 
-CLOSE Vec operator-(const Vec& a) { return {-a.x, -a.y, -a.z, a.r}; }
-CLOSE Vec operator+(const Vec& a, const Vec& b) {
-  Vec found{a.x + b.x, a.y + b.y, a.z + b.z};
+template <bool W>
+CLOSE Vectors<W> operator-(const Vectors<W>& a) { return {-a.x, -a.y, -a.z, a.r}; }
+template <bool W>
+CLOSE Vectors<W> operator+(const Vectors<W>& a, const Vectors<W>& b) {
+  Vectors<W> found{a.x + b.x, a.y + b.y, a.z + b.z};
   found.r = grown(a.r + b.r + U * found.sum());
   return found;
 }
-CLOSE Vec operator-(const Vec& a, const Vec& b) { return a + -b; }
-CLOSE Vec operator*(const Vec& a, Ball b) {
-  const double length = a.middle();
+template <bool W>
+CLOSE Vectors<W> operator-(const Vectors<W>& a, const Vectors<W>& b) { return a + -b; }
+template <bool W>
+CLOSE Vectors<W> operator*(const Vectors<W>& a, Ball b) {
+  const double length = a.factor();
   return {a.x * b.c, a.y * b.c, a.z * b.c, grown(std::abs(b.c) * (a.r + U * length) + b.r * (length + a.r))};
 }
 // A component is a difference of two products: its rounding is below 3 U of their sizes, whose vector is at most twice
 // as long as the product of the lengths.
-CLOSE Vec cross(const Vec& a, const Vec& b) {
-  const double one = a.middle(), other = b.middle();
+template <bool W>
+CLOSE Vectors<W> cross(const Vectors<W>& a, const Vectors<W>& b) {
+  const double one = a.factor(), other = b.factor();
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x,
           grown(one * (b.r + 6.0 * U * other) + a.r * (other + b.r))};
 }
 // The rounding of a sum of three products is below 4 U of the product of the lengths.
-CLOSE Ball dot(const Vec& a, const Vec& b) {
-  const double one = a.middle(), other = b.middle();
+template <bool W>
+CLOSE Ball dot(const Vectors<W>& a, const Vectors<W>& b) {
+  const double one = a.factor(), other = b.factor();
   return {a.x * b.x + a.y * b.y + a.z * b.z, grown(one * (b.r + 4.0 * U * other) + a.r * (other + b.r))};
 }
 
@@ -107,15 +118,17 @@ struct Turn {
 constexpr double TURN_ERROR = 512.0 * U;
 
 // The exact rotation keeps lengths; rounding adds 4 U times 1.77 times the length.
-CLOSE Vec turned(const Turn& a, const Vec& v) {
+template <bool W>
+CLOSE Vectors<W> turned(const Turn& a, const Vectors<W>& v) {
   const auto& m = a.m;
   return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[3] * v.x + m[4] * v.y + m[5] * v.z,
-          m[6] * v.x + m[7] * v.y + m[8] * v.z, grown(v.r + (a.r + 8.0 * U) * v.middle())};
+          m[6] * v.x + m[7] * v.y + m[8] * v.z, grown(v.r + (a.r + 8.0 * U) * v.factor())};
 }
-CLOSE Vec turned_back(const Turn& a, const Vec& v) {
+template <bool W>
+CLOSE Vectors<W> turned_back(const Turn& a, const Vectors<W>& v) {
   const auto& m = a.m;
   return {m[0] * v.x + m[3] * v.y + m[6] * v.z, m[1] * v.x + m[4] * v.y + m[7] * v.z,
-          m[2] * v.x + m[5] * v.y + m[8] * v.z, grown(v.r + (a.r + 8.0 * U) * v.middle())};
+          m[2] * v.x + m[5] * v.y + m[8] * v.z, grown(v.r + (a.r + 8.0 * U) * v.factor())};
 }
 // Rounding adds 4 U times 3.1.
 inline Turn operator*(const Turn& a, const Turn& b) {

@@ -88,7 +88,7 @@ Presence presence(const Statement& statement, const Part& one, const Part& other
   return found;
 }
 
-Vec normal(const Part& part) { return turned(part.place.rotation, {0.0, 0.0, 1.0}); }
+Vec normal(const Part& part) { return turned(part.place.rotation, Vec{0.0, 0.0, 1.0}); }
 
 // Whether there is a knot of a drive within an interval, where velocities may jump.
 bool across_knots(const Statement& statement, double begin, double end) {

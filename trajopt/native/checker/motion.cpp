@@ -85,13 +85,14 @@ void include(Motion& motion, const Orders& orders, int cell, int column, double 
     Polynomial cut;
     if (!whole) cut = restricted(orders[order], begin, end);
     const Polynomial& part = whole ? orders[order] : cut;
-    Range range;
-    for (int place = 0; place <= part.degree; ++place) {
+    // A centre that is not a number has such a radius, which remains.
+    auto [low, radius] = part.coefficient[0];
+    double high = low;
+    for (int place = 1; place <= part.degree; ++place) {
       const auto [c, r] = part.coefficient[place];
-      range.low = smaller(range.low, c - r), range.high = larger(range.high, c + r);
+      low = std::min(low, c), high = std::max(high, c), radius = larger(radius, r);
     }
-    range = {down(range.low), up(range.high)};
-    motion.bounds[order][at] = range;
+    motion.bounds[order][at] = {down(low - radius), up(high + radius)};
     const Ball first = part.coefficient[0], last = part.coefficient[part.degree];
     if (order == 2) motion.accelerations[0][at] = first, motion.accelerations[1][at] = last;
     if (order > 1) continue;

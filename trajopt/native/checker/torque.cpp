@@ -12,6 +12,12 @@ Size operator*(Size a, Size b) { return {a.v * b.v}; }
 Size cross(Size a, Size b) { return a * b; }
 Size dot(Size a, Size b) { return a * b; }
 
+template <class S>
+S constant(double value) {
+  if constexpr (std::is_same_v<S, Size>) return {std::abs(value)};
+  else return {value};
+}
+
 using Moments = std::array<double, 6>;
 
 double length_of(const Moments& m) {
@@ -23,10 +29,11 @@ struct Inertia {
   double length = 0.0;
 };
 Size operator*(const Inertia& inertia, Size v) { return {inertia.length * v.v}; }
-Vec operator*(const Inertia& inertia, const Vec& v) {
+template <bool W>
+Vectors<W> operator*(const Inertia& inertia, const Vectors<W>& v) {
   const Moments& m = inertia.m;
   return {m[0] * v.x + m[1] * v.y + m[2] * v.z, m[1] * v.x + m[3] * v.y + m[4] * v.z, m[2] * v.x + m[4] * v.y + m[5] * v.z,
-          grown(inertia.length * (v.r + 8.0 * U * v.middle()))};
+          grown(inertia.length * (v.r + 8.0 * U * v.factor()))};
 }
 
 // A quantity with N - 1 derivatives: the quantity, its first derivative and half of its second one.
@@ -60,7 +67,7 @@ CLOSE std::array<V, N> cross(const std::array<V, N>& a, const std::array<V, N>& 
 template <class V, class S, int N>
 class Equations {
  public:
-  using Vectors = Series<V, N>;
+  using Quantity = Series<V, N>;
   using Numbers = Series<S, N>;
 
   // The state of all joints, N numbers each, and their rotations in their parents.
@@ -88,18 +95,18 @@ class Equations {
   // The torques or forces of coordinates, together with those of joints that follow.
   void torques(const State& state, std::vector<Numbers>& total) {
     outward(state);
-    for (std::size_t joint = 0; joint < force_.size(); ++joint) force_[joint] = Vectors{}, moment_[joint] = Vectors{};
+    for (std::size_t joint = 0; joint < force_.size(); ++joint) force_[joint] = Quantity{}, moment_[joint] = Quantity{};
     for (std::size_t load = 0; load < masses_.loads.size(); ++load) add(masses_.loads[load], centre_[load], inertia_[load]);
     for (Numbers& each : total) each = Numbers{};
     for (int joint = static_cast<int>(axis_.size()) - 1; joint > 0; --joint) {
       const Joint& item = statement_.joints[joint - 1];
-      const Vectors& borne = item.turns ? moment_[joint] : force_[joint];
+      const Quantity& borne = item.turns ? moment_[joint] : force_[joint];
       const V axis = axis_[joint];
-      const S rotor = number(masses_.rotors[joint - 1]), factor = number(item.factor);
+      const S rotor = constant<S>(masses_.rotors[joint - 1]), factor = constant<S>(item.factor);
       const Numbers own = each(borne, [&](const V& v) { return dot(v, axis); });
       const Numbers whole = own + each(state.acceleration[joint], [&](const S& s) { return s * rotor; });
       total[item.coordinate] = total[item.coordinate] + each(whole, [&](const S& s) { return s * factor; });
-      const Vectors force = outward(state, joint, force_[joint]), moment = outward(state, joint, moment_[joint]);
+      const Quantity force = outward(state, joint, force_[joint]), moment = outward(state, joint, moment_[joint]);
       const int parent = item.place.joint;
       force_[parent] = force_[parent] + force;
       moment_[parent] = moment_[parent] + moment + cross(shift_[joint], force);
@@ -109,11 +116,7 @@ class Equations {
  private:
   static V taken(const Vec& vector) {
     if constexpr (std::is_same_v<V, Size>) return {vector.length()};
-    else return vector;
-  }
-  static S number(double value) {
-    if constexpr (std::is_same_v<S, Size>) return {std::abs(value)};
-    else return {value};
+    else return {vector.x, vector.y, vector.z, vector.r};
   }
   static V turned_by(const Turn& turn, const V& v, bool back) {
     if constexpr (std::is_same_v<V, Size>) return v;
@@ -121,46 +124,46 @@ class Equations {
   }
 
   // A vector of the parent's frame in a joint's: with R' = -axis x R for the inverse of its rotation, times the rate.
-  Vectors inward(const State& state, int joint, const Vectors& v) const {
-    Vectors y = each(v, [&](const V& one) { return turned_by(state.turn[joint], one, true); });
-    return statement_.joints[joint - 1].turns ? carried(state, joint, y, number(-1.0)) : y;
+  Quantity inward(const State& state, int joint, const Quantity& v) const {
+    Quantity y = each(v, [&](const V& one) { return turned_by(state.turn[joint], one, true); });
+    return statement_.joints[joint - 1].turns ? carried(state, joint, y, constant<S>(-1.0)) : y;
   }
   // And a vector of a joint's frame in its parent's.
-  Vectors outward(const State& state, int joint, const Vectors& v) const {
-    const Vectors y = statement_.joints[joint - 1].turns ? carried(state, joint, v, number(1.0)) : v;
+  Quantity outward(const State& state, int joint, const Quantity& v) const {
+    const Quantity y = statement_.joints[joint - 1].turns ? carried(state, joint, v, constant<S>(1.0)) : v;
     return each(y, [&](const V& one) { return turned_by(state.turn[joint], one, false); });
   }
-  Vectors carried(const State& state, int joint, const Vectors& v, S sign) const {
-    Vectors found = v;
+  Quantity carried(const State& state, int joint, const Quantity& v, S sign) const {
+    Quantity found = v;
     if constexpr (N > 1) {
       const V& axis = axis_[joint];
       const S rate = state.velocity[joint][0] * sign, increase = state.acceleration[joint][0] * sign;
       const V aside = cross(axis, v[0]);
       found[1] = v[1] + aside * rate;
-      found[2] = v[2] + cross(axis, v[1]) * rate + (aside * increase + cross(axis, aside) * (rate * rate)) * number(0.5);
+      found[2] = v[2] + cross(axis, v[1]) * rate + (aside * increase + cross(axis, aside) * (rate * rate)) * constant<S>(0.5);
     }
     return found;
   }
 
   // The acceleration of the end of an arm against its begin.
-  Vectors accelerated(int joint, const Vectors& arm) const {
+  Quantity accelerated(int joint, const Quantity& arm) const {
     return cross(swing_[joint], arm) + cross(spin_[joint], cross(spin_[joint], arm));
   }
 
   void outward(const State& state) {
-    spin_[0] = Vectors{}, swing_[0] = Vectors{}, push_[0] = Vectors{};
+    spin_[0] = Quantity{}, swing_[0] = Quantity{}, push_[0] = Quantity{};
     push_[0][0] = taken(-masses_.gravity);
     for (std::size_t joint = 1; joint < axis_.size(); ++joint) {
       const Joint& item = statement_.joints[joint - 1];
       const int parent = item.place.joint, here = static_cast<int>(joint);
       const auto along = [&](const V& axis, const Numbers& size) { return each(size, [&](const S& s) { return axis * s; }); };
-      shift_[joint] = item.turns ? Vectors{} : along(slide_[joint], state.position[joint]);
+      shift_[joint] = item.turns ? Quantity{} : along(slide_[joint], state.position[joint]);
       shift_[joint][0] = shift_[joint][0] + origin_[joint];
       push_[joint] = inward(state, here, push_[parent] + accelerated(parent, shift_[joint]));
       spin_[joint] = inward(state, here, spin_[parent]);
       swing_[joint] = inward(state, here, swing_[parent]);
-      const Vectors rate = along(axis_[joint], state.velocity[joint]), increase = along(axis_[joint], state.acceleration[joint]);
-      const Vectors aside = cross(spin_[joint], rate);
+      const Quantity rate = along(axis_[joint], state.velocity[joint]), increase = along(axis_[joint], state.acceleration[joint]);
+      const Quantity aside = cross(spin_[joint], rate);
       if (item.turns) {
         spin_[joint] = spin_[joint] + rate;
         swing_[joint] = swing_[joint] + aside + increase;
@@ -172,10 +175,10 @@ class Equations {
 
   void add(const Load& load, const V& centre, const Inertia& inertia) {
     const int at = load.joint;
-    const S mass = number(load.mass);
-    Vectors arm{};
+    const S mass = constant<S>(load.mass);
+    Quantity arm{};
     arm[0] = centre;
-    const Vectors inertial = each(push_[at] + accelerated(at, arm), [&](const V& v) { return v * mass; });
+    const Quantity inertial = each(push_[at] + accelerated(at, arm), [&](const V& v) { return v * mass; });
     const auto momentum = [&](const V& v) { return inertia * v; };
     force_[at] = force_[at] + inertial;
     moment_[at] = moment_[at] + each(swing_[at], momentum) + cross(spin_[at], each(spin_[at], momentum)) + cross(arm, inertial);
@@ -185,11 +188,11 @@ class Equations {
   const Masses& masses_;
   std::vector<V> axis_, slide_, origin_, centre_;
   std::vector<Inertia> inertia_;
-  std::vector<Vectors> spin_, swing_, push_, force_, moment_, shift_;
+  std::vector<Quantity> spin_, swing_, push_, force_, moment_, shift_;
 };
 
 using AtTime = Equations<Vec, Ball, 1>;
-using OverCell = Equations<Vec, Ball, 3>;
+using OverCell = Equations<WideVec, Ball, 3>;
 using Sizes = Equations<Size, Size, 3>;
 
 class Torques {
@@ -255,27 +258,30 @@ class Torques {
       }
       return true;
     };
-    states_over(cell, [](Ball value) { return Size{value.size()}; }, size_);
+    states_over<Size, Size>(cell, size_);
     sizes_.torques(size_, found_size_);
     if (kept([&](int at) { return found_size_[at][2].v * SAFE; })) return true;
-    states_over(cell, [](Ball value) { return value; }, wide_);
+    states_over<WideVec, Ball>(cell, wide_);
     for (int joint = 1; joint < arm_.joints; ++joint)
       wide_.turn[joint] = turning_[joint - 1].at(statement_.joints[joint - 1].turns ? wide_.position[joint][0] : Ball{});
     over_.torques(wide_, found_over_);
     return kept([&](int at) { return found_over_[at][2].size(); });
   }
 
-  template <class State, class Taken>
-  void states_over(int cell, Taken taken, State& state) const {
+  template <class V, class S>
+  void states_over(int cell, typename Equations<V, S, 3>::State& state) const {
     for (int joint = 1; joint < arm_.joints; ++joint) {
       const Joint& item = statement_.joints[joint - 1];
-      const auto order = [&](int number) {
-        return arm_.motion.bounds[number][cell * count_ + item.coordinate].ball() * Ball{item.factor};
+      const S factor = constant<S>(item.factor), half = constant<S>(0.5);
+      const auto order = [&](int which) {
+        const Range& range = arm_.motion.bounds[which][cell * count_ + item.coordinate];
+        if constexpr (std::is_same_v<S, Size>) return Size{range.size()} * factor;
+        else return range.ball() * factor;
       };
-      const Ball q = order(0) + Ball{item.offset}, v = order(1), a = order(2), j = order(3), s = order(4), half{0.5};
-      state.position[joint] = {taken(q), taken(v), taken(a * half)};
-      state.velocity[joint] = {taken(v), taken(a), taken(j * half)};
-      state.acceleration[joint] = {taken(a), taken(j), taken(s * half)};
+      const S q = order(0) + constant<S>(item.offset), v = order(1), a = order(2), j = order(3), s = order(4);
+      state.position[joint] = {q, v, a * half};
+      state.velocity[joint] = {v, a, j * half};
+      state.acceleration[joint] = {a, j, s * half};
     }
   }
 
