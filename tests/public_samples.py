@@ -42,7 +42,7 @@ from trajopt.verify import Judge
 RETURNED = frozenset(
     """
     Placement Plan Result Robot Scene BaseJoint MovingBase RobotBase Requirement Curve Executed Followed
-    FollowsCurve StopReason PickPlaceResult Refusal Segment Timeline Exported ConfigurationTable
+    FollowsCurve StopReason PickPlaceResult Segment Timeline Exported ConfigurationTable
     InverseSolutions Placements RandomConfigurations ReachMap SelfMotion Validity RequestFile SceneFile
     Choice Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual
     SoftClearance SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit

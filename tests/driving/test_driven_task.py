@@ -34,8 +34,10 @@ from trajopt.tasks import (
     MoveTo,
     PickObject,
     PlaceObject,
+    StageLimits,
     Task,
     TaskStage,
+    Within,
 )
 from trajopt.tasks.cartesian import Begin, FollowOptions, line
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of
@@ -313,6 +315,18 @@ def test_cause_of_a_stage_without_a_plan_is_given_with_stage_and_part_once(scene
     (cause,) = words(supervisor, EventKind.NO_PLAN)
     assert cause.startswith("stage 'shelf', part cup: lower: ") and cause.count("cup") < 4
     assert supervisor.blocked
+
+
+def test_limits_that_no_way_keeps_are_given_as_the_cause(scene: to.Scene) -> None:
+    slow = Within(
+        [MoveTo(to.placement((0.45, 0.1, 0.3), rpy=(np.pi, 0.0, 0.0)))],
+        StageLimits(duration=0.01),
+        name="quick",
+    )
+    arm, _, supervisor = supervised(task(scene, slow))
+    drive(arm, supervisor)
+    (cause,) = words(supervisor, EventKind.NO_PLAN)
+    assert cause.startswith("stage 'quick': takes ") and "longer than 0.01 s" in cause
 
 
 def test_stop_and_other_goals_drop_the_task(scene: to.Scene) -> None:

@@ -449,9 +449,43 @@ def test_a_place_is_checked_before_its_pick_is_planned(cell: to.Scene, grasps: t
     found = to.plan(task(cell, PickObject("cup", grasps[:4]), PlaceObject("cup", far)))
     assert found.status is Status.NO_INVERSE_KINEMATICS
     assert "qp_solves" not in found.counts
+    assert found.failed == "place cup: lower" and "place cup: lower" in found.reason
     placing = [refusal for refusal in found.refusals if refusal.stage == "place cup: lower"]
     assert {refusal.names.grasp for refusal in placing} == {grasp.name for grasp in grasps[:4]}
     assert {refusal.names.place for refusal in placing} == {"far"}
+
+
+def test_a_failed_pick_names_step_part_and_cause_once(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
+    """The farthest step counts, not the one tried last; the object is named though its stage is not."""
+    wide = replace(grasps[0], opening=0.5, name="wide")
+    far = Place(placement=to.placement((1.5, 0.0, 0.06)), name="far")
+    stages = PickObject("cup", [grasps[0], wide], name="take"), PlaceObject("cup", far, name="put")
+    found = to.plan(task(cell, *stages))
+    assert found.failed == "put: lower" and found.status is Status.NO_INVERSE_KINEMATICS
+    assert found.refusals[-1].stage == "take: open"
+    assert f"put: lower: part cup, {grasps[0].name}, far: " in found.reason
+    alone = str(to.plan(task(cell, PickObject("cup", [wide], name="take"))).explain())
+    assert alone.count("take: open: part cup, wide: needs 500.0 mm") == 1
+
+
+def test_results_of_one_and_of_several_motions_have_the_same_members(
+    cell: to.Scene, carried: TaskResult, tmp_path: Path
+) -> None:
+    seam = to.follows_curve("panda_hand_tcp", line(over(0.4, 0.1), over(0.55, 0.1)))
+    options = FollowOptions(begin=Begin.ANY_BRANCH)
+    followed = to.follow(cell, seam, start="ready", group="panda_arm", options=options)
+    single = to.plan(to.Problem(scene=cell, group="panda_arm", start=followed, goal="ready"))
+    for result in (carried, carried.handling("cup"), followed, single):
+        assert result.verified and result.certificate is not None and not result.stopped_by_clock
+        assert set(result.final_state) == set(cell.robot.joint_names)
+        result.save(tmp_path / "kept.trajopt")
+        result.write(tmp_path / "kept.json")
+        assert json.loads((tmp_path / "kept.json").read_text())["verified"] is True
+        with pytest.raises(AttributeError, match="'success': use result"):
+            result.success  # noqa: B018  # pyright: ignore
+    for result in (carried, carried.handling("cup"), followed):
+        times = result.stages
+        assert times[0].begin == 0.0 and times[-1].end == pytest.approx(result.trajectory.duration)
 
 
 def test_postures_in_any_order_meet_the_constraints_of_their_moves(cell: to.Scene) -> None:

@@ -166,7 +166,8 @@ def replay(bundle: BundleArgument, method: MethodOption = None, as_json: options
     kept = saved_in(bundle)
     if not isinstance(kept, Bundle):
         raise FileFormatError(
-            str(bundle), "is the result of several motions, without their task: plan it again"
+            str(bundle),
+            "is the result of a task or a curve, without its stages and options: plan it again",
         )
     found = plan_again(kept, method=method)
     typer.echo(json.dumps(found.as_dict()) if as_json else f"{kept}\n\n{found}")

@@ -20,9 +20,9 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import FORCE, Grasp
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject, SetGripper, hand_of, lifting_scene
-from trajopt.tasks.remaining import RemainingStages, flat, is_step_of, objects_of
+from trajopt.tasks.remaining import RemainingStages, objects_of
 from trajopt.tasks.result import TaskResult, TaskSegment
-from trajopt.tasks.search import TaskStage, held_objects
+from trajopt.tasks.search import TaskStage, flat, held_objects, is_step_of
 from trajopt.tasks.stages import FollowCurve
 from trajopt.tasks.task import Task
 from trajopt.timing.time_scaling import JOLT
@@ -313,12 +313,11 @@ class DrivenTask(Printed):
         return ""
 
     def _cause(self, result: TaskResult) -> str:
-        if not result.refusals:
+        refusal = next((item for item in result.refusals if item.stage == result.failed), None)
+        if refusal is None:
             return result.reason
-        last = result.refusals[-1].stage
-        refusal = next(item for item in result.refusals if item.stage == last)
         stage = next(each for each in flat(self._stages) if is_step_of(refusal.stage, each))
-        part = str(getattr(stage, "object", ""))
+        part = refusal.names.object
         step = refusal.stage.removeprefix(stage.name).removeprefix(": ")
         which = (step, refusal.names.grasp, refusal.names.place, refusal.reason)
         named = f"stage {shown(stage.name)}" + f", part {part}" * bool(part)

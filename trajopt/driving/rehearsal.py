@@ -20,8 +20,7 @@ from trajopt.problem.problem import Problem
 from trajopt.scene.scene import Scene
 from trajopt.simulation import ContactInterval, PoseError, SimulationOptions
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject, SetGripper, hand_of
-from trajopt.tasks.remaining import flat
-from trajopt.tasks.search import TaskStage, held_objects
+from trajopt.tasks.search import TaskStage, flat, held_objects
 from trajopt.tasks.stages import AttachObject, DetachObject, MoveObject
 from trajopt.tasks.task import Task
 from trajopt.values.arrays import Floats, Value

@@ -311,8 +311,49 @@ OTHER_NAMES = {
 """Names of attributes in other libraries, and their names here."""
 
 
+class SavedResult(Value):
+    """A result of one or several motions, which a file can contain."""
+
+    if TYPE_CHECKING:
+        stopped: Stop | None
+    else:
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name, OTHER_NAMES)
+
+    @property
+    def stopped_by_clock(self) -> bool:
+        """Whether time ran out: then, and only then, planning again may end differently."""
+        return self.stopped is Stop.CLOCK
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain JSON data."""
+        raise NotImplementedError
+
+    @checked
+    def write(self, path: FilePath | str) -> None:
+        """Write `as_dict` as JSON; `trajopt view`, `check` and `export` take the file of a single motion.
+
+        Raises:
+            FileFormatError: If the file cannot be written.
+        """
+        write_json(path, self.as_dict())
+
+    @checked
+    def save(self, path: FilePath | str) -> None:
+        """Write all motions, their problems and the rejected ways into one file; `read_result` reads it.
+
+        Raises:
+            ModelError: If a problem contains code of the caller, which a file cannot hold.
+            FileFormatError: If the file cannot be written.
+        """
+        from trajopt.files.bundle import save
+
+        save(self, path)
+
+
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(SavedResult):
     """Result of planning.
 
     Attributes:
@@ -360,11 +401,6 @@ class Result:
     remarks: tuple[str, ...] = ()
     blocks: tuple[Obstruction, ...] = ()
     arguments: PlanArguments | None = None
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name, OTHER_NAMES)
 
     def __repr__(self) -> str:
         parts = [shown(self.problem.name), self.status.name]
@@ -427,11 +463,6 @@ class Result:
         The sum of the problem's costs would depend on the program, its knots, goals and method.
         """
         return self.trajectory.duration if self.verified and self.trajectory is not None else inf
-
-    @property
-    def stopped_by_clock(self) -> bool:
-        """Whether time ran out: then, and only then, planning again may end differently."""
-        return self.stopped is Stop.CLOCK
 
     @property
     def final_state(self) -> Mapping[str, float]:
@@ -505,15 +536,6 @@ class Result:
         }
 
     @checked
-    def write(self, path: FilePath | str) -> None:
-        """Write `as_dict` as JSON; `trajopt view`, `check` and `export` take a motion.
-
-        Raises:
-            FileFormatError: If the file cannot be written.
-        """
-        write_json(path, self.as_dict())
-
-    @checked
     def save(self, path: FilePath | str, *, proof: bool = False) -> None:
         """Write a bundle: one file with robot, scene, problem, motion and verdict, or with the failure.
 
@@ -554,19 +576,3 @@ class Result:
         from trajopt.why import explain
 
         return explain(self, plan_again=plan_again)
-
-
-class SavedResult(Value):
-    """A result of one or several motions that a file can contain."""
-
-    @checked
-    def save(self, path: FilePath | str) -> None:
-        """Write all motions, their problems and the rejected ways into one file; `read_result` reads it.
-
-        Raises:
-            ModelError: If a problem contains code of the caller, which a file cannot hold.
-            FileFormatError: If the file cannot be written.
-        """
-        from trajopt.files.bundle import save
-
-        save(self, path)

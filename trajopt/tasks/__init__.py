@@ -4,10 +4,10 @@ from trajopt.tasks.any_order import AnyOrder as AnyOrder
 from trajopt.tasks.grasping.stages import PickObject as PickObject
 from trajopt.tasks.grasping.stages import PlaceObject as PlaceObject
 from trajopt.tasks.grasping.stages import SetGripper as SetGripper
-from trajopt.tasks.result import StageRefusal as StageRefusal
 from trajopt.tasks.result import TaskResult as TaskResult
 from trajopt.tasks.result import TaskSegment as TaskSegment
 from trajopt.tasks.search import TaskStage as TaskStage
+from trajopt.tasks.sequence import StageRefusal as StageRefusal
 from trajopt.tasks.sequence import StageTime as StageTime
 from trajopt.tasks.stages import AttachObject as AttachObject
 from trajopt.tasks.stages import DetachObject as DetachObject

@@ -14,8 +14,8 @@ from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.straight import to_configuration
-from trajopt.tasks.result import StageRefusal
 from trajopt.tasks.search import Item, TaskSearch, TaskStage, TaskState, Way, as_items, in_sequence
+from trajopt.tasks.sequence import StageRefusal
 from trajopt.tasks.stages import Dwell, MoveTo, held_after_each
 from trajopt.tasks.tour import Tours, travel_time
 from trajopt.values.arrays import Floats, Value, readonly

@@ -1,6 +1,6 @@
 """The stages of a task that remain in the present world."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
@@ -8,7 +8,7 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject
 from trajopt.tasks.grasping.straight import to_configuration
-from trajopt.tasks.search import Item, StageWithItems, TaskStage, as_items, held_objects
+from trajopt.tasks.search import Item, StageWithItems, TaskStage, as_items, flat, held_objects, is_step_of
 from trajopt.tasks.stages import Fallback, FollowCurve, ForEach, MoveTo, OneOf, Together, Within
 from trajopt.values.arrays import Floats
 
@@ -115,21 +115,6 @@ class RemainingStages:
     @staticmethod
     def _grasps(stage: PickObject, failed: Sequence[Grasp]) -> list[Grasp]:
         return [grasp for grasp in stage.grasps if not any(grasp is other for other in failed)]
-
-
-def is_step_of(step: str, stage: TaskStage) -> bool:
-    """Return whether a stage has a step of that name."""
-    return step == stage.name or step.startswith(f"{stage.name}: ")
-
-
-def flat(stages: Sequence[TaskStage]) -> Iterator[TaskStage]:
-    """Yield stages without items, including all items' stages."""
-    for stage in stages:
-        if isinstance(stage, StageWithItems):
-            for item in as_items(stage.items):
-                yield from flat(item)
-        else:
-            yield stage
 
 
 def objects_of(stage: TaskStage, scene: Scene, group: str) -> set[str]:

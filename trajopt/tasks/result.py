@@ -16,7 +16,7 @@ from trajopt.tasks.grasping.result import PickPlaceResult, Segment, Stage
 from trajopt.tasks.sequence import MotionSequence, PlannedSegment, StageTime
 from trajopt.timing.time_scaling import JOLT
 from trajopt.values.arrays import Value
-from trajopt.values.errors import NameNotFound, shown
+from trajopt.values.errors import NameNotFound
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD
 
@@ -115,17 +115,6 @@ class Handling(Value):
         return found[-1] if found else None
 
 
-@dataclass(frozen=True)
-class CandidateNames:
-    """Names of the grasp and the place that a motion belongs to; empty for none."""
-
-    grasp: str = ""
-    place: str = ""
-
-
-NO_NAMES = CandidateNames()
-
-
 def step_of(name: str) -> Stage:
     return Stage[name.rpartition(": ")[2].upper()]
 
@@ -134,48 +123,16 @@ def _stage_of(name: str) -> str:
     return name.rpartition(": ")[0] or " "
 
 
-@dataclass(frozen=True, eq=False)
-class StageRefusal(Value):
-    """The reason why one way to do a stage was rejected.
-
-    Attributes:
-        result: The planning result; None if no motion was planned.
-        names: The rejected grasp and place.
-    """
-
-    stage: str
-    status: Status
-    reason: str
-    result: Result | None = None
-    names: CandidateNames = NO_NAMES
-
-    def __str__(self) -> str:
-        which = ", ".join(name for name in (self.names.grasp, self.names.place) if name)
-        return ": ".join(part for part in (self.stage, which, self.reason) if part)
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TaskResult(MotionSequence[TaskSegment]):
     """A planned task, or why there is no plan.
 
     Attributes:
-        final_scene: The scene after, with the clock at the end of the task; the scene before without a plan.
-        start: Positions of all joints before, shape (number of joints,) [rad | m].
-        status: Without a plan, of the stage that failed last in the task.
-        segments: The motions, in order; empty without a plan.
-        refusals: The rejected ways to do stages, with reasons, in the order of the search.
-        cpu_seconds: Process time of each stage of planning [s].
         handled: Picked object -> how it was handled each time, in order.
-        stopped: The cause of an early end of planning; None without one.
     """
 
     segments: tuple[TaskSegment, ...]
-    refusals: tuple[StageRefusal, ...]
     handled: Mapping[str, tuple[Handling, ...]] = field(default_factory=dict[str, tuple[Handling, ...]])
-
-    @property
-    def duration(self) -> float:
-        return sum(segment.duration for segment in self.require())
 
     @property
     def stages(self) -> tuple[StageTime, ...]:
@@ -238,51 +195,3 @@ class TaskResult(MotionSequence[TaskSegment]):
         from trajopt.tasks.grasping.simulation import simulate_task
 
         return simulate_task(self, options=options)
-
-    @property
-    def reason(self) -> str:
-        """The outcome in a sentence."""
-        if self.verified:
-            return f"{shown(self.name)} takes {self.duration:.2f} s in {len(self.segments)} motions"
-        if not self.refusals:
-            return f"{self.status.name}: nothing was attempted"
-        last = self.refusals[-1].stage
-        return f"{self.status.name}: {next(item for item in self.refusals if item.stage == last)}"
-
-    def _details(self) -> tuple[str, tuple[str, ...]]:
-        details = tuple(map(str, self.stages)) if self.verified else self.causes
-        return f"{len(self.refusals)} ways", details
-
-    @property
-    def causes(self) -> tuple[str, ...]:
-        """The rejected ways with their reasons, in words; ways of a stage with the same status together."""
-        found: dict[tuple[str, Status], list[StageRefusal]] = {}
-        for item in self.refusals:
-            found.setdefault((item.stage, item.status), []).append(item)
-        return tuple(
-            f"{items[0]}{f' ({len(items)} ways)' if len(items) > 1 else ''}" for items in found.values()
-        )
-
-    def as_dict(self) -> dict[str, object]:
-        """Return plain JSON data: motions, cycle times, and rejected ways."""
-        return {
-            "task": self.name,
-            "status": self.status.name,
-            "verified": self.verified,
-            "message": str(self.explain()),
-            "stages": [
-                {"name": item.name, "begin": item.begin, "end": item.end}
-                for item in (self.stages if self.verified else ())
-            ],
-            "segments": [
-                {"stages": list(item.stages), "rest": item.rest, **item.result.as_dict()}
-                for item in self.segments
-            ],
-            "refusals": [
-                {"stage": item.stage, "status": item.status.name, "reason": item.reason}
-                for item in self.refusals
-            ],
-            "counts": dict(self.counts),
-            "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
-            "stopped": None if self.stopped is None else self.stopped.name,
-        }

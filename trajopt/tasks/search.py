@@ -22,15 +22,8 @@ from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.straight import KNOTS, to_configuration, with_room
-from trajopt.tasks.result import (
-    NO_NAMES,
-    SETTLING,
-    CandidateNames,
-    Handling,
-    StageRefusal,
-    StageRest,
-    TaskSegment,
-)
+from trajopt.tasks.result import SETTLING, Handling, StageRest, TaskSegment
+from trajopt.tasks.sequence import NO_NAMES, CandidateNames, StageRefusal
 from trajopt.tasks.tour import travel_time
 from trajopt.values.arrays import Floats, sequence
 from trajopt.values.errors import ProblemError
@@ -185,6 +178,20 @@ def as_items(items: Sequence[Item]) -> tuple[tuple[TaskStage, ...], ...]:
     if not all(found) or not found:
         raise ProblemError("name at least one stage in each item")
     return tuple(found)
+
+
+def is_step_of(step: str, stage: TaskStage) -> bool:
+    """Return whether a stage has a step of that name."""
+    return step == stage.name or step.startswith(f"{stage.name}: ")
+
+
+def flat(stages: Sequence[TaskStage]) -> Iterator[TaskStage]:
+    """Yield all stages in order, one with items after these."""
+    for stage in stages:
+        if isinstance(stage, StageWithItems):
+            for item in as_items(stage.items):
+                yield from flat(item)
+        yield stage
 
 
 class Rest:

@@ -15,7 +15,7 @@ from trajopt.scene.reducing import whole_robot
 from trajopt.scene.scene import Scene
 from trajopt.scene.track import Track
 from trajopt.timing.time_scaling import after_standing, standing
-from trajopt.values.arrays import Floats, readonly
+from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.errors import PlanningFailed, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement
@@ -98,12 +98,61 @@ class StageTime:
         return f"{self.begin:8.2f} s {self.end - self.begin:8.2f} s  {self.name}"
 
 
+@dataclass(frozen=True)
+class CandidateNames:
+    """Names of the grasp, the place and the object that a motion belongs to; empty for none."""
+
+    grasp: str = ""
+    place: str = ""
+    object: str = ""
+
+
+NO_NAMES = CandidateNames()
+
+
+@dataclass(frozen=True, eq=False)
+class StageRefusal(Value):
+    """The reason why one way to do a stage was rejected.
+
+    Attributes:
+        result: The planning result; None if no motion was planned.
+        names: The rejected grasp and place, and their object.
+    """
+
+    stage: str
+    status: Status
+    reason: str
+    result: Result | None = None
+    names: CandidateNames = NO_NAMES
+
+    def __str__(self) -> str:
+        part = "" if self.names.object in self.stage else f"part {self.names.object}"
+        which = ", ".join(name for name in (part, self.names.grasp, self.names.place) if name)
+        return ": ".join(part for part in (self.stage, which, self.reason) if part)
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain JSON data."""
+        return {"stage": self.stage, "status": self.status.name, "reason": self.reason, **vars(self.names)}
+
+
 Part = TypeVar("Part", bound=MotionSegment)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MotionSequence(SavedResult, Generic[Part]):
-    """Planned motions in order, or why there are none."""
+    """Planned motions in order, or why there are none.
+
+    Attributes:
+        final_scene: The scene after, with the clock at the end of the last motion; the scene before without a
+            plan.
+        start: Positions of all joints before, shape (number of joints,) [rad | m].
+        status: Without a plan, of the way that failed at the last stage.
+        segments: The motions, in order; empty without a plan.
+        refusals: The rejected ways to do stages, with reasons, in the order of the search.
+        failed: Last stage, in the order of the task, at which a way failed; empty with a plan.
+        cpu_seconds: Process time of each stage of planning [s].
+        stopped: The cause of an early end of planning; None without one.
+    """
 
     name: str
     scene: Scene
@@ -114,6 +163,8 @@ class MotionSequence(SavedResult, Generic[Part]):
     segments: tuple[Part, ...]
     counts: Mapping[str, int]
     cpu_seconds: Mapping[str, float]
+    refusals: tuple[StageRefusal, ...]
+    failed: str = ""
     stopped: Stop | None = None
 
     @property
@@ -134,29 +185,37 @@ class MotionSequence(SavedResult, Generic[Part]):
     @property
     def reason(self) -> str:
         """The outcome in a sentence."""
-        raise NotImplementedError
+        if self.verified:
+            return f"{shown(self.name)} takes {self.duration:.2f} s in {len(self.segments)} motions"
+        refusal = next((item for item in self.refusals if item.stage == self.failed), None)
+        return f"{self.status.name}: {refusal or 'nothing was attempted'}"
 
     def explain(self) -> OutcomeSummary:
-        """Return the motions, or the reasons of the rejected ways, for printing."""
+        """Return the cycle times of the stages, or the reasons of the rejected ways, for printing."""
         ended = "" if self.stopped is None else "; the search was not finished"
-        tried, details = self._details()
         return OutcomeSummary(
             status=self.status,
             reason=self.reason,
             certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
             grounds="the judge verified every motion in the scene of its time"
             if self.verified
-            else f"{tried} were tried and rejected{ended}",
-            details=tuple(details),
+            else f"{len(self.refusals)} ways were tried and rejected{ended}",
+            details=tuple(map(str, self.stages)) if self.verified else self.causes[len(self.refusals) == 1 :],
         )
-
-    def _details(self) -> tuple[str, Sequence[str]]:
-        raise NotImplementedError
 
     @property
     def causes(self) -> tuple[str, ...]:
-        """The rejected ways with their reasons, in words."""
-        raise NotImplementedError
+        """The rejected ways with their reasons, in words; ways of a stage with the same status together."""
+        found: dict[tuple[str, Status], list[StageRefusal]] = {}
+        for item in self.refusals:
+            found.setdefault((item.stage, item.status), []).append(item)
+        return tuple(
+            f"{items[0]}{f' ({len(items)} ways)' if len(items) > 1 else ''}" for items in found.values()
+        )
+
+    @property
+    def duration(self) -> float:
+        return sum(segment.duration for segment in self.require())
 
     @property
     def final_positions(self) -> Floats:
@@ -207,6 +266,23 @@ class MotionSequence(SavedResult, Generic[Part]):
         if not segments:
             raise ProblemError(f"{shown(self.name)} has no motion: it has no trajectory and no certificate")
         return segments
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain JSON data: cycle times, motions, and rejected ways."""
+        return {
+            "name": self.name,
+            "status": self.status.name,
+            "verified": self.verified,
+            "message": str(self.explain()),
+            "stages": [vars(item) for item in (self.stages if self.verified else ())],
+            "segments": [
+                {"title": item.title, "rest": item.rest, **item.result.as_dict()} for item in self.segments
+            ],
+            "refusals": [item.as_dict() for item in self.refusals],
+            "counts": dict(self.counts),
+            "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
+            "stopped": None if self.stopped is None else self.stopped.name,
+        }
 
     @property
     def whole(self) -> tuple[ReducedModel, Trajectory]:

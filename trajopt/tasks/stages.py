@@ -19,7 +19,7 @@ from trajopt.tasks.cartesian.following import Begin, FollowOptions, follow
 from trajopt.tasks.cartesian.result import Followed
 from trajopt.tasks.grasping.stages import lifting_scene
 from trajopt.tasks.grasping.straight import along_line, track_line
-from trajopt.tasks.result import StageRefusal, TaskSegment
+from trajopt.tasks.result import TaskSegment
 from trajopt.tasks.search import (
     Item,
     Leg,
@@ -31,6 +31,7 @@ from trajopt.tasks.search import (
     in_sequence,
     later,
 )
+from trajopt.tasks.sequence import StageRefusal
 from trajopt.tasks.tour import travel_time
 from trajopt.values.arrays import Floats, Value, at_least, number, one_of
 from trajopt.values.errors import ProblemError, shown

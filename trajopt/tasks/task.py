@@ -19,7 +19,8 @@ from trajopt.problem.stated import only_group
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions
-from trajopt.tasks.result import StageRefusal, TaskResult
+from trajopt.tasks.grasping.result import STAGES
+from trajopt.tasks.result import TaskResult
 from trajopt.tasks.search import (
     Rest,
     StageWithItems,
@@ -27,13 +28,19 @@ from trajopt.tasks.search import (
     TaskStage,
     TaskState,
     as_items,
+    flat,
     held_objects,
     in_sequence,
+    is_step_of,
     later,
 )
+from trajopt.tasks.sequence import StageRefusal
 from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several, unless_none
 from trajopt.values.errors import ProblemError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked
+
+STEPS = tuple(step.name.lower() for step in STAGES)
+"""Steps of picking and placing."""
 
 
 @checked
@@ -154,23 +161,31 @@ class Task(Value):
         refusals: Sequence[StageRefusal],
         stopped: Stop | None,
     ) -> TaskResult:
-        status = Status.SOLVED
-        if ended is None:
-            status = refusals[-1].status if stopped is None else ENDED[stopped]
+        farthest = None if ended is not None else max(refusals, key=self._progress, default=None)
+        status = Status.SOLVED if ended is not None or farthest is None else farthest.status
         return TaskResult(
             name=self.name,
             scene=self.scene,
             final_scene=self.scene if ended is None else later(ended.scene, ended.time),
             start=self._start,
-            status=status,
+            status=status if stopped is None else ENDED[stopped],
             segments=() if ended is None else ended.segments,
             handled={} if ended is None else ended.handled,
             group=self.group,
             refusals=tuple(refusals),
+            failed="" if farthest is None else farthest.stage,
             counts=dict(search.tracker.counts),
             cpu_seconds=dict(search.tracker.seconds),
             stopped=stopped,
         )
+
+    def _progress(self, refusal: StageRefusal) -> tuple[int, int]:
+        """Return the places of the refused stage in the task, and of the step in the stage."""
+        for place, stage in enumerate(flat(self.stages)):
+            if is_step_of(refusal.stage, stage):
+                step = refusal.stage.removeprefix(f"{stage.name}: ")
+                return place, STEPS.index(step) if step in STEPS else -1
+        return -1, -1
 
 
 def _named(stages: Sequence[TaskStage], taken: set[str]) -> list[TaskStage]:

@@ -160,8 +160,9 @@ _ANSWERED = {
     "trajopt.planning.infeasibility.reasons": "Obstruction ObstructionKind",
     "trajopt.optimise.solvers.solver": "SolverStatus",
     "trajopt.tasks.cartesian.result": "Followed StopReason",
-    "trajopt.tasks.grasping.result": "Stage Segment Refusal PickPlaceResult",
-    "trajopt.tasks.result": "StageRest TaskSegment CandidateNames Handling StageRefusal TaskResult",
+    "trajopt.tasks.grasping.result": "Stage Segment PickPlaceResult",
+    "trajopt.tasks.sequence": "CandidateNames StageRefusal",
+    "trajopt.tasks.result": "StageRest TaskSegment Handling TaskResult",
 }
 _OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshReference"}
 """Parts of robots: a request names a robot and does not contain one."""

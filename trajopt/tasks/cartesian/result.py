@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path as FilePath
 
+from trajopt.planning.budget import Stop
 from trajopt.planning.result import Plan, Result, SavedResult
 from trajopt.planning.status import Certainty, OutcomeSummary, Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
+from trajopt.tasks.sequence import StageTime
 from trajopt.timing import Retimed
-from trajopt.values.documents.document import write_json
 from trajopt.values.errors import PlanningFailed
 from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_degrees, in_length
@@ -88,6 +88,11 @@ class Followed(SavedResult):
         return self.result.cpu_seconds
 
     @property
+    def stopped(self) -> Stop | None:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The cause of an early end of planning; None without one."""
+        return self.result.stopped
+
+    @property
     def trajectory(self) -> Trajectory | None:
         return self.result.trajectory
 
@@ -116,6 +121,20 @@ class Followed(SavedResult):
             return float("inf")
         found = [check.value for check in self.certificate.checks if check.kind is kind]
         return max((value for value in found if value is not None), default=default)
+
+    @property
+    def final_state(self) -> Mapping[str, float]:
+        """Joint -> position of all joints at the end of the followed part.
+
+        Raises:
+            PlanningFailed: Without a verified motion; carries this result.
+        """
+        return self.require(0.0).final_state
+
+    @property
+    def stages(self) -> tuple[StageTime, ...]:
+        """Begin and end of the followed part, as of a task with one stage."""
+        return (StageTime(self.problem.name, 0.0, self.require(0.0).trajectory.duration),)
 
     @checked
     def require(self, fraction: float = 1.0) -> Plan:
@@ -158,15 +177,6 @@ class Followed(SavedResult):
             grounds = "the search found no motion that gets farther"
             grounds += "; the judge verified the motion so far" if self.verified else ""
         return OutcomeSummary(status=self.status, reason=self.reason, certainty=certainty, grounds=grounds)
-
-    @checked
-    def write(self, path: FilePath | str) -> None:
-        """Write `as_dict` as JSON; a motion is read by `trajopt view`, `check` and `export`.
-
-        Raises:
-            FileFormatError: If the file cannot be written.
-        """
-        write_json(path, self.as_dict())
 
     def as_dict(self) -> dict[str, object]:
         """Return plain data for JSON; `trajopt.files.moveit.read_trajectory` reads the motion back."""

@@ -12,7 +12,6 @@ from trajopt.tasks.grasping.planning import pick as pick
 from trajopt.tasks.grasping.planning import pick_and_place as pick_and_place
 from trajopt.tasks.grasping.planning import place as place
 from trajopt.tasks.grasping.result import PickPlaceResult as PickPlaceResult
-from trajopt.tasks.grasping.result import Refusal as Refusal
 from trajopt.tasks.grasping.result import Segment as Segment
 from trajopt.tasks.grasping.result import Stage as Stage
 from trajopt.tasks.grasping.result import Timeline as Timeline

@@ -17,9 +17,8 @@ from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, GraspingOptions, Place
 from trajopt.tasks.grasping.gripper import Gripper, arm_of
-from trajopt.tasks.grasping.result import STAGES, PickPlaceResult, Refusal
+from trajopt.tasks.grasping.result import PickPlaceResult
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject, hand_of
-from trajopt.tasks.result import step_of
 from trajopt.tasks.search import held_objects
 from trajopt.tasks.task import Task
 from trajopt.values.arrays import one_of, sequence, unless_none
@@ -188,15 +187,10 @@ def _planned(
     task = job(stages=stages)
     name, gripper = task.name, stages[0].gripper
     found = task.planned(rng=rng, budget=budget, cancel=cancel, progress=progress)
-    refusals = tuple(
-        Refusal(one.names.grasp, one.names.place, step_of(one.stage), one.status, one.reason, one.result)
-        for one in found.refusals
-    )
     if found.verified:
         return replace(
-            found.handling(name), refusals=refusals, counts=found.counts, cpu_seconds=found.cpu_seconds
+            found.handling(name), refusals=found.refusals, counts=found.counts, cpu_seconds=found.cpu_seconds
         )
-    farthest = max(refusals, key=lambda refusal: STAGES.index(refusal.stage), default=None)
     return PickPlaceResult(
         name=name,
         scene=task.scene,
@@ -204,11 +198,12 @@ def _planned(
         start=found.start,
         group=task.group,
         gripper=hand_of(task.scene, gripper),
-        status=found.status if found.stopped or farthest is None else farthest.status,
+        status=found.status,
         grasp=None,
         place=None,
         segments=(),
-        refusals=refusals,
+        refusals=found.refusals,
+        failed=found.failed,
         counts=found.counts,
         cpu_seconds=found.cpu_seconds,
         stopped=found.stopped,

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.planning.result import Result
-from trajopt.planning.status import Status
 from trajopt.simulation import SimulationOptions
 from trajopt.tasks.grasping.grasp import Grasp, Place
 from trajopt.tasks.grasping.gripper import Gripper
@@ -98,59 +97,19 @@ class Timeline:
         return "\n".join((f"Timeline of {self.duration:.2f} s", *lines))
 
 
-@dataclass(frozen=True, eq=False)
-class Refusal:
-    """The reason why a grasp or a place was rejected.
-
-    Attributes:
-        grasp: Name of the grasp; empty if the object was in the hand from the beginning.
-        place: Name of the place; empty if the grasp alone failed.
-        result: The planning result; None if there was no configuration.
-    """
-
-    grasp: str
-    place: str
-    stage: Stage
-    status: Status
-    reason: str
-    result: Result | None = None
-
-    def __str__(self) -> str:
-        which = [f"grasp {shown(self.grasp)}"] * bool(self.grasp) + [f"place {shown(self.place)}"] * bool(
-            self.place
-        )
-        return f"{', '.join(which)}: {self.stage.name}: {self.reason}"
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PickPlaceResult(MotionSequence[Segment]):
     """A planned sequence of picking, placing or both; or why there is none.
 
     Attributes:
-        final_scene: The scene after: the object attached to the hand, or at its place, with the clock at 0 at
-            the end of the sequence; the scene before without a sequence.
-        start: Positions of all joints before, shape (number of joints,) [rad | m].
-        status: If all candidates failed, of the one that got farthest.
         grasp: The chosen grasp; None without one, or if the object was in the hand already.
         place: The chosen place; None without one.
-        segments: The motions, in order; empty without a solution.
-        refusals: The rejected candidates with reasons, in the order of the search.
-        cpu_seconds: Process time of each stage of planning [s].
-        stopped: The cause of an early end of planning; None without one.
     """
 
     gripper: Gripper
     grasp: Grasp | None
     place: Place | None
     segments: tuple[Segment, ...]
-    refusals: tuple[Refusal, ...]
-
-    @property
-    def failed(self) -> Stage | None:
-        """The last stage that any candidate reached; None if there is a sequence."""
-        if self.segments or not self.refusals:
-            return None
-        return max((refusal.stage for refusal in self.refusals), key=STAGES.index)
 
     @property
     def timeline(self) -> Timeline:
@@ -170,47 +129,11 @@ class PickPlaceResult(MotionSequence[Segment]):
 
     @property
     def reason(self) -> str:
-        """The outcome in a sentence: the planned sequence, or the failed stage."""
-        if self.segments:
-            how = f" by grasp {shown(self.grasp.name)}" if self.grasp else ""
-            where = f", put at {shown(self.place.name)}" if self.place else ""
-            steps = ", ".join(f"{item.stage.name} {item.duration:.2f} s" for item in self.segments)
-            return f"{shown(self.name)} is taken{how}{where}: {steps}"
-        stage = "" if self.failed is None else f"; the farthest candidate failed in {self.failed.name}"
-        return f"{self.status.name}: {self.status.value} (no sequence for {shown(self.name)}{stage})"
-
-    def _details(self) -> tuple[str, tuple[str, ...]]:
-        return f"{len(self.refusals)} candidates", () if self.verified else self.causes
-
-    @property
-    def causes(self) -> tuple[str, ...]:
-        return tuple(map(str, self.refusals))
+        """The outcome in a sentence."""
+        how = f", by grasp {shown(self.grasp.name)}" if self.grasp else ""
+        return super().reason + how + (f", put at {shown(self.place.name)}" if self.place else "")
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain JSON data: the motions with their times, and the rejected candidates."""
-        begins: list[float] = list(self.timeline.begins) if self.segments else []
-        return {
-            "status": self.status.name,
-            "verified": self.verified,
-            "message": str(self.explain()),
-            "object": self.name,
-            "grasp": None if self.grasp is None else self.grasp.name,
-            "place": None if self.place is None else self.place.name,
-            "segments": [
-                {"stage": item.stage.name, "begin": float(begin), "rest": item.rest, **item.result.as_dict()}
-                for begin, item in zip(begins, self.segments, strict=True)
-            ],
-            "refusals": [
-                {
-                    "grasp": item.grasp,
-                    "place": item.place,
-                    "stage": item.stage.name,
-                    "status": item.status.name,
-                    "reason": item.reason,
-                }
-                for item in self.refusals
-            ],
-            "counts": dict(self.counts),
-            "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
-            "stopped": None if self.stopped is None else self.stopped.name,
-        }
+        """Return plain JSON data: as for a task, with the chosen grasp and place."""
+        chosen = {"grasp": self.grasp, "place": self.place}
+        return super().as_dict() | {key: None if item is None else item.name for key, item in chosen.items()}

@@ -15,8 +15,9 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, Place, Straight
 from trajopt.tasks.grasping.gripper import Gripper, gripper_of
 from trajopt.tasks.grasping.straight import along_line, track_line, up, vector_of
-from trajopt.tasks.result import NO_NAMES, CandidateNames, Handling, StageRefusal
+from trajopt.tasks.result import Handling
 from trajopt.tasks.search import Leg, TaskSearch, TaskState, Way
+from trajopt.tasks.sequence import NO_NAMES, CandidateNames, StageRefusal
 from trajopt.values.arrays import Floats, Value, number, one_of, several
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
@@ -99,7 +100,7 @@ class PickObject(Value):
             yield from self._by(replace(given, approach=lines[0], lift=lines[1]), gripper, search, state)
 
     def _by(self, grasp: Grasp, gripper: Gripper, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        scene, tool, names = state.scene, gripper.tool, CandidateNames(grasp.name)
+        scene, tool, names = state.scene, gripper.tool, CandidateNames(grasp.name, object=self.object)
         refused = partial(_refused, self.name, names)
         if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
             yield refused(
@@ -152,7 +153,7 @@ class PickObject(Value):
         at: Floats,
         lifted: Floats,
     ) -> TaskState:
-        scene, tool, names = state.scene, gripper.tool, CandidateNames(grasp.name)
+        scene, tool, names = state.scene, gripper.tool, CandidateNames(grasp.name, object=self.object)
         opened = fingers(state, gripper, grasp.opening, f"{self.name}: open", names=names)
         line = along_line(scene, before, at, tool, search.options)
         there = opened.to(Leg(f"{self.name}: reach", before, scene, names=names)).to(
@@ -234,7 +235,7 @@ class PlaceObject(Value):
     def _at(self, place: Place, gripper: Gripper, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         held, start, tool = state.scene, state.positions, gripper.tool
         handling = replace(_handling(state, self.object, gripper), place=place)
-        names = _names(handling)
+        names = _names(handling, self.object)
         refused = partial(_refused, self.name, names)
         stands_on = supports(held, self.object, held.placement_of(place.frame, start) * place.placement)
         lowering = lowering_scene(held, self.object, stands_on, search.options.contact_time)
@@ -279,7 +280,7 @@ class PlaceObject(Value):
         (lowering, put), (above, there, opened, away) = scenes, rows
         held, carried, options, tool = state.scene, tuple(self.constraints), search.options, gripper.tool
         handling = replace(_handling(state, self.object, gripper), place=place, placed=self.name)
-        names = _names(handling)
+        names = _names(handling, self.object)
         line = along_line(held, above, there, tool, options)
         lowered = (
             state.to(Leg(f"{self.name}: carry", above, held, carried, names=names))
@@ -370,9 +371,9 @@ def _unfinished(state: TaskState, name: str) -> tuple[tuple[Handling, ...], Hand
     return (handled[:-1], handled[-1]) if handled and not handled[-1].placed else (handled, None)
 
 
-def _names(handling: Handling) -> CandidateNames:
+def _names(handling: Handling, name: str) -> CandidateNames:
     grasp, place = handling.grasp, handling.place
-    return CandidateNames("" if grasp is None else grasp.name, "" if place is None else place.name)
+    return CandidateNames("" if grasp is None else grasp.name, "" if place is None else place.name, name)
 
 
 def _blended(line: Straight, search: TaskSearch) -> Straight:

@@ -26,8 +26,9 @@ from trajopt.tasks.grasping import grasp as grasping
 from trajopt.tasks.grasping.grasp import Grasp, Straight
 from trajopt.tasks.grasping.gripper import Gripper, arm_of, gripper_of
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject
-from trajopt.tasks.result import StageRefusal, TaskSegment
+from trajopt.tasks.result import TaskSegment
 from trajopt.tasks.search import Leg, TaskSearch, TaskStage, TaskState, Way
+from trajopt.tasks.sequence import StageRefusal
 from trajopt.values.arrays import Floats, Value, floats
 from trajopt.values.placement import IDENTITY, WORLD, Placement, placement
 from trajopt.values.shapes.shapes import placed_box
