@@ -18,7 +18,7 @@ from trajopt.optimise.methods.timing import with_jerk
 from trajopt.robot.joints import EXCESS
 from trajopt.scene.reducing import reduce_model
 from trajopt.values.arrays import Floats
-from trajopt.values.errors import ClockError, FrameNotFound, GroupNotFound, ProblemError
+from trajopt.values.errors import ClockError, FrameNotFound, GroupNotFound, JointNotFound, ProblemError
 
 RATE, CYCLE = 50.0, 0.02
 GROUP = "panda_arm"
@@ -173,6 +173,32 @@ def test_a_random_network_touches_nothing_and_keeps_the_limits(walled: to.Scene,
     driven = np.concatenate(rows)
     assert not touching(walled, driven)
     assert np.ptp(driven[:, 0], axis=0).max() > 0.1
+    for state, most in ((driven[:, 1], limits.velocity), (driven[:, 2], limits.acceleration)):
+        assert (np.abs(state) <= most * (1.0 + 2.0 * EXCESS)).all()
+    assert (driven[:, 0] >= limits.lower).all() and (driven[:, 0] <= limits.upper).all()
+
+
+def test_a_policy_that_changes_everything_touches_nothing_and_keeps_the_limits(walled: to.Scene) -> None:
+    """Joint positions or poses, rate, number, age and size of its actions change from chunk to chunk."""
+    drawn, rows = np.random.default_rng(5), list[Floats]()
+    arm, guard = guarded(walled)
+    limits = with_jerk(guard.problem.limits)
+    for number in range(40):
+        here, count = arm.state().positions, int(drawn.integers(1, 201))
+        rate, age = float(np.exp(drawn.uniform(0.0, np.log(1000.0)))), float(drawn.choice((0.0, 0.1, 100.0)))
+        steps = np.exp(drawn.uniform(-8.0, 0.0)) * drawn.normal(size=(count, 7))
+        if number % 4:
+            actions = (here + np.cumsum(steps, axis=0)).astype(np.float32)
+            actions[drawn.integers(count)] *= drawn.choice((1.0, 1e5))
+            guard.act(actions, rate=rate, stamp=arm.now() - age)
+        else:
+            tool = walled.placement_of(guard.frame, guard.problem.reduced.all_positions(here))
+            poses = [to.Placement(tool.rotation, tool.translation + step[:3]) for step in steps[:10]]
+            guard.act_poses(poses, rate=rate, stamp=arm.now() - age)
+        rows.append(drive(arm, guard, float(drawn.choice((0.02, 0.1, 0.3)))))
+    driven = np.concatenate(rows)
+    assert not touching(walled, driven) and not arm.fault()
+    assert np.ptp(driven[:, 0], axis=0).max() > 0.5
     for state, most in ((driven[:, 1], limits.velocity), (driven[:, 2], limits.acceleration)):
         assert (np.abs(state) <= most * (1.0 + 2.0 * EXCESS)).all()
     assert (driven[:, 0] >= limits.lower).all() and (driven[:, 0] <= limits.upper).all()
@@ -361,6 +387,8 @@ def test_misuse_is_refused(free: to.Scene) -> None:
         guard.act(actions, rate=RATE, stamp=10.0)
     with pytest.raises(GroupNotFound, match="panda_arm"):
         Guard(free, "panda_arms", arm)
+    with pytest.raises(JointNotFound, match="no joint that is driven named 'panda_finger_joint1'"):
+        Guard(free, "hand", arm)
     with pytest.raises(FrameNotFound, match="hand"):
         Guard(free, GROUP, arm, frame="hands")
     with pytest.raises(ProblemError, match="lead"):

@@ -22,7 +22,7 @@ from trajopt.scene.reducing import tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.timing.time_scaling import stop_at_the_end
 from trajopt.values.arrays import Floats, Value, at_least, floats, number, several
-from trajopt.values.errors import ProblemError, ShapeError
+from trajopt.values.errors import JointNotFound, ProblemError, ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
@@ -44,7 +44,7 @@ LARGEST = 1e6
 """Largest position of an action [rad | m]."""
 REHEARSED = 1e-3
 """Motion of each joint in the rehearsal before the first decision [rad | m]."""
-UNPROVEN = "the motion is not proven to be clear and within the limits"
+UNPROVEN = "the motion is not proven to keep clearances, limits and path constraints"
 FAILURES = {EventKind.FAULT, EventKind.OFF_TRACK}
 """Events that end the guard's work."""
 STEP, STEPS = 0.01, 4
@@ -143,10 +143,14 @@ class Guard(CommitLoop):
             constraints: Path constraints, beyond limits and clearances.
 
         Raises:
+            JointNotFound: If the executor does not drive a joint of the group.
             ProblemError: If the robot moves, or a joint of the group is outside its limits.
         """
         here = dict(zip(executor.joint_names, executor.state().commanded.tolist(), strict=True))
-        at_rest = {name: here[name] for name in scene.robot.group(group).joints if name in here}
+        joints = scene.robot.group(group).joints
+        at_rest = {name: here[name] for name in joints if name in here}
+        if not at_rest:
+            raise JointNotFound("joint that is driven", joints[0], executor.joint_names)
         problem = Problem(scene=scene, group=group, start=here, goal=at_rest, constraints=constraints)
         for name in problem.reduced.joint_names:
             if outside := joint_outside(problem, name):
