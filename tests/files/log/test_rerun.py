@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.files.log.read_mcap import read as read_mcap
 from trajopt.driving import IdealExecutor, Logbook, Supervisor, write_rerun
 from trajopt.files.export import export
-from trajopt.files.log.logs import RerunLog
+from trajopt.files.log.logs import FRAMES, JOINTS, PLAN, SCENE, RerunLog
 from trajopt.values.errors import MissingExtra, ProblemError
 
 
@@ -87,6 +88,26 @@ def test_a_run_has_events_and_objects_that_disappear(plan: Any, tmp_path: Path) 
     cleared = found["/world/ball"]["is_recursive"]
     assert [each for each in cleared if each] == [[True]] and "is_recursive" not in found["/world/post"]
     assert any(path.startswith("/committed/") for path in found)
+
+
+def test_the_messages_of_an_mcap_file_show_the_same(plan: Any, tmp_path: Path) -> None:
+    """Robot, scene and motion, read by the official reader."""
+    pytest.importorskip("rerun")
+    export(plan, tmp_path / "plan.rrd", to="rerun")
+    export(plan, tmp_path / "plan.mcap", to="mcap")
+    topics = {each.name: each for each in (FRAMES, SCENE, JOINTS, PLAN)}
+    log = RerunLog()
+    for name, messages in read_mcap(tmp_path / "plan.mcap").items():
+        for time, message in messages:
+            log.add(topics[name], time, message)
+    log.save(tmp_path / "again.rrd")
+    shown, again = read(tmp_path / "plan.rrd"), read(tmp_path / "again.rrd")
+    paths = {path for path in shown if path.startswith(("/world", "/joint_states", "/plan"))}
+    assert len(paths) > 30 and paths <= again.keys()
+    for path in paths:
+        for drawn in (shown[path], again[path]):
+            del drawn["rerun.controls.RowId"]
+        assert again[path] == shown[path]
 
 
 def test_negative_times_are_refused(plan: Any, tmp_path: Path) -> None:
