@@ -217,10 +217,23 @@ def test_every_kind_of_stage_is_read(tmp_path: Path) -> None:
         ("{move_to: redy}", "no state of group 'panda_arm' named 'redy'; did you mean 'ready'"),
         ("{pick: cup}", r"stages\[0\]: no object named 'cup'"),
         ("{follow: panda_hand_tcp, poses: [{position: [0, 0, 1]}]}", "at least two poses"),
+        (
+            "{follow: panda_hand_tcp, poses: [{position: [0.4, 0, 1]}, {position: [0.4, 0.1, 1]}], steady: 0.02}",
+            r"stages\[0\].steady: needs a speed",
+        ),
+        ("{move_to: {position: [0.5, 0, 0.3], rpy: [0, 0, 0], quaternion: [0, 0, 0, 1]}}", "beside a quater"),
+        ("{place: cup}", r"stages\[0\].at.position: is missing"),
     ],
 )
 def test_mistakes_name_the_stage(stage: str, words: str, tmp_path: Path) -> None:
     path = tmp_path / "job.yaml"
     path.write_text(f"start: ready\ngroup: panda_arm\nstages: [{stage}]")
     with pytest.raises((FileFormatError, ProblemError), match=words):
+        read_task(path, to.Scene(to.load("panda")))
+
+
+def test_a_missing_start_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "job.yaml"
+    path.write_text("group: panda_arm\nstages: [{move_to: ready}]")
+    with pytest.raises(FileFormatError, match="start: is missing"):
         read_task(path, to.Scene(to.load("panda")))

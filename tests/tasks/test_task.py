@@ -40,7 +40,7 @@ from trajopt.tasks import (
 from trajopt.tasks.cartesian import Begin, FollowOptions, line, raster
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of
 from trajopt.tasks.grasping.simulation import Hold, simulate_handling, simulate_task
-from trajopt.values.errors import FileFormatError, NameNotFound, PlanningFailed, ProblemError
+from trajopt.values.errors import FileFormatError, NameNotFound, PlanningFailed, ProblemError, ShapeError
 from trajopt.viewer.report import write_report
 
 LIMITED = StageLimits(joints={"panda_joint7": (-2.9, 0.9)})
@@ -466,6 +466,51 @@ def test_a_failed_pick_names_step_part_and_cause_once(cell: to.Scene, grasps: tu
     assert f"put: lower: part cup, {grasps[0].name}, far: " in found.reason
     alone = str(to.plan(task(cell, PickObject("cup", [wide], name="take"))).explain())
     assert alone.count("take: open: part cup, wide: needs 500.0 mm") == 1
+
+
+UPRIGHT = to.axis_alignment("tool", axis=(0.0, 0.0, 1.0), direction=(0.0, 0.0, 1.0), tolerance=0.1)
+WRONG_STAGES = {
+    "class": (lambda: [MoveTo], "must be a TaskStage"),
+    "item": (lambda: [Fallback(["ready"])], "items must be a TaskStage or several, is 'ready'"),  # pyright: ignore
+    "constraint": (
+        lambda: [MoveTo("ready", constraints=[UPRIGHT])],
+        "stage 'move to ready': no frame named 'tool'",
+    ),
+    "still frame": (
+        lambda: [FollowCurve(to.follows_curve("table", line(over(0.4, 0.1), over(0.5, 0.1))), name="seam")],
+        "stage 'seam': 'table' is fixed in the world",
+    ),
+    "world": (lambda: [AttachObject("cup", "world")], "stage 'attach cup': 'world' is fixed in the world"),
+    "cost": (lambda: [OneOf([MoveTo("ready")], cost="duration")], "cost must be a function"),  # pyright: ignore
+    "range": (
+        lambda: [Within([MoveTo("ready")], StageLimits(joints={"panda_joint1": 1.0}))],  # pyright: ignore
+        "joints: 'panda_joint1' needs the lowest and highest position",
+    ),
+    "nested": (
+        lambda: [Fallback([[Dwell(0.1), PlaceObject("cup", Place(placement=over(0.5, 0.1)))]])],
+        "stage 'fallback': stage 'place cup': object 'cup' is not in a hand",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_STAGES)
+def test_bad_stages_are_refused_by_name(cell: to.Scene, name: str) -> None:
+    stages, words = WRONG_STAGES[name]
+    with pytest.raises(ProblemError, match=words):
+        task(cell, *stages())  # pyright: ignore[reportArgumentType]
+
+
+def test_objects_that_move_by_themselves_are_not_moved_by_a_task(cell: to.Scene) -> None:
+    track = to.Track.constant_velocity(over(0.9, 0.8), (0.0, -0.5, 0.0), end=20.0)
+    moving = cell.add("ball", to.Sphere(0.05), motion=track)
+    for stage in (AttachObject("ball", "panda_hand"), MoveObject("ball", over(0.5, 0.1))):
+        with pytest.raises(ProblemError, match="ball': object 'ball' moves by itself"):
+            task(moving, stage)
+
+
+def test_costs_that_are_not_numbers_are_refused(cell: to.Scene) -> None:
+    with pytest.raises(ShapeError, match="cost: holds a number"):
+        to.plan(task(cell, OneOf([MoveTo(over(0.5, 0.1))], cost=lambda _: np.nan)))
 
 
 def test_results_of_one_and_of_several_motions_have_the_same_members(

@@ -1,6 +1,6 @@
 """Search for a plan of a task."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol, runtime_checkable
 
@@ -25,8 +25,8 @@ from trajopt.tasks.grasping.straight import KNOTS, to_configuration, with_room
 from trajopt.tasks.result import SETTLING, Handling, StageRest, TaskSegment
 from trajopt.tasks.sequence import NO_NAMES, CandidateNames, StageRefusal
 from trajopt.tasks.tour import travel_time
-from trajopt.values.arrays import Floats, sequence
-from trajopt.values.errors import ProblemError
+from trajopt.values.arrays import Floats, sequence, several
+from trajopt.values.errors import ProblemError, TrajoptError, shown
 from trajopt.values.placement import WORLD
 
 ATTEMPTS = 16
@@ -174,7 +174,7 @@ class StageWithItems(TaskStage, Protocol):
 def as_items(items: Sequence[Item]) -> tuple[tuple[TaskStage, ...], ...]:
     found: list[tuple[TaskStage, ...]] = []
     for item in sequence("items", items):
-        found.append(tuple(item) if isinstance(item, Sequence) else (item,))
+        found.append(several("items", item if isinstance(item, Sequence) else (item,), TaskStage))
     if not all(found) or not found:
         raise ProblemError("name at least one stage in each item")
     return tuple(found)
@@ -192,6 +192,28 @@ def flat(stages: Sequence[TaskStage]) -> Iterator[TaskStage]:
             for item in as_items(stage.items):
                 yield from flat(item)
         yield stage
+
+
+def held_after(stage: TaskStage, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+    """Check a stage as `TaskStage.held_after` does; the message names the stage."""
+    try:
+        return stage.held_after(scene, group, held)
+    except TrajoptError as error:
+        raise ProblemError(f"stage {shown(stage.name)}: {error}") from error
+
+
+def check_frames(scene: Scene, required: Iterable[object]) -> None:
+    """Refuse requirements on frames and objects that the scene does not have."""
+    for item in required:
+        for name in item.frames if isinstance(item, Requirement) else ():
+            scene.holder(name)
+
+
+def refuse_changing(scene: Scene, name: str) -> None:
+    if name in scene.changing:
+        raise ProblemError(
+            f"object {shown(name)} moves by itself, or is there for a time only: tasks handle objects at rest"
+        )
 
 
 class Rest:

@@ -28,15 +28,18 @@ from trajopt.tasks.search import (
     TaskState,
     Way,
     as_items,
+    check_frames,
+    held_after,
     in_sequence,
     later,
+    refuse_changing,
 )
 from trajopt.tasks.sequence import StageRefusal
 from trajopt.tasks.tour import travel_time
-from trajopt.values.arrays import Floats, Value, at_least, number, one_of
+from trajopt.values.arrays import Floats, Value, at_least, function, number, one_of
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import PlacementLike, as_placement
+from trajopt.values.placement import WORLD, PlacementLike, as_placement
 from trajopt.values.printed import in_length
 from trajopt.verify import Judge, Moment
 
@@ -66,7 +69,7 @@ class MoveTo(Value):
         if left_over := _joints(scene, self.group or group) - _joints(scene, group):
             joints = ", ".join(sorted(left_over))
             raise ProblemError(f"group {shown(self.group)} has joints that the task does not move: {joints}")
-        self.requirements(scene, group)
+        check_frames(scene, (*self.requirements(scene, group), *self.constraints))
         return held
 
     def requirements(self, scene: Scene, group: str) -> tuple[Requirement, ...]:
@@ -135,6 +138,12 @@ class FollowCurve(Value):
         del group
         for frame in (self.curve.frame, self.curve.reference):
             scene.holder(frame)
+        if not {self.curve.frame, self.curve.reference} & held and all(
+            scene.holder(frame).link == WORLD for frame in (self.curve.frame, self.curve.reference)
+        ):
+            raise ProblemError(
+                f"{shown(self.curve.frame)} is fixed in the world: follow the curve with a frame of the arm"
+            )
         if scene.changing:
             names = ", ".join(map(shown, scene.changing))
             raise ProblemError(
@@ -254,6 +263,11 @@ class AttachObject(Value):
             scene.holder(name)
         if self.object in held:
             raise ProblemError(f"object {self.object!r} is attached already")
+        if self.link not in held and scene.holder(self.link).link == WORLD:
+            raise ProblemError(
+                f"{shown(self.link)} is fixed in the world: attach the object to a link of the robot"
+            )
+        refuse_changing(scene, self.object)
         return held | {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
@@ -317,6 +331,7 @@ class MoveObject(Value):
         scene.object(self.object)
         if self.object in held:
             raise ProblemError(f"object {self.object!r} is attached: place or detach it before")
+        refuse_changing(scene, self.object)
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
@@ -410,7 +425,12 @@ class StageLimits(Value):
             if number(name, getattr(self, name), infinite=True) < 0.0:
                 raise ProblemError(f"{name} must not be negative, is {getattr(self, name):g}")
         number("clearance", self.clearance, infinite=True)
-        for joint, (low, high) in self.joints.items():
+        for joint, bounds in self.joints.items():
+            if not isinstance(bounds, list | tuple) or len(bounds) != 2:  # pyright: ignore[reportUnnecessaryIsInstance]
+                raise ProblemError(
+                    f"joints: {shown(joint)} needs the lowest and highest position, is {shown(bounds)}"
+                )
+            low, high = bounds
             if number("joints", low, infinite=True) > number("joints", high, infinite=True):
                 raise ProblemError(f"joints: the range of {shown(joint)} is empty: {low:g} to {high:g}")
 
@@ -440,7 +460,7 @@ def held_after_each(
     for item in as_items(items):
         after = held
         for stage in item:
-            after = stage.held_after(scene, group, after)
+            after = held_after(stage, scene, group, after)
         yield after
 
 
@@ -469,6 +489,7 @@ class OneOf(Value):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "items", as_items(self.items))
+        function("cost", self.cost)
         if type(self.ways_each) is not int or self.ways_each < 1:
             raise ProblemError(f"ways_each must be a whole number from 1, is {shown(self.ways_each)}")
 
@@ -485,7 +506,8 @@ class OneOf(Value):
                     yield ended
                     continue
                 assert not isinstance(way, StageRefusal)
-                found.append((self.cost(ended.segments[len(state.segments) :]), way))
+                cost = self.cost(ended.segments[len(state.segments) :])
+                found.append((number("cost", cost, infinite=True), way))
                 if len(found) == enough:
                     break
         for _, way in sorted(found, key=lambda one: one[0]):
@@ -524,7 +546,7 @@ class ForEach(Value):
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         for stage in self._stages:
-            held = stage.held_after(scene, group, held)
+            held = held_after(stage, scene, group, held)
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
@@ -556,7 +578,7 @@ class Within(Value):
         for joint in self.limits.joints:
             scene.robot.index([joint])
         for stage in self._stages:
-            held = stage.held_after(scene, group, held)
+            held = held_after(stage, scene, group, held)
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
@@ -614,7 +636,7 @@ class Together(Value):
                     )
                 taken[joint] = self._group(item)
             for stage in item:
-                stage.held_after(scene, group, held)
+                held_after(stage, scene, group, held)
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:

@@ -28,7 +28,9 @@ from trajopt.tasks.search import (
     TaskStage,
     TaskState,
     as_items,
+    check_frames,
     flat,
+    held_after,
     held_objects,
     in_sequence,
     is_step_of,
@@ -36,7 +38,7 @@ from trajopt.tasks.search import (
 )
 from trajopt.tasks.sequence import StageRefusal
 from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several, unless_none
-from trajopt.values.errors import ProblemError, TrajoptError, shown
+from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 
 STEPS = tuple(step.name.lower() for step in STAGES)
@@ -97,12 +99,10 @@ class Task(Value):
         if number("blend", self.blend) < 0.0:
             raise ProblemError(f"blend must not be negative, is {self.blend:g} m")
         object.__setattr__(self, "constraints", tuple(sequence("constraints", self.constraints)))
+        check_frames(self.scene, self.constraints)
         held = held_objects(self.scene)
         for stage in named:
-            try:
-                held = stage.held_after(self.scene, group, held)
-            except TrajoptError as error:
-                raise ProblemError(f"stage {shown(stage.name)}: {error}") from error
+            held = held_after(stage, self.scene, group, held)
 
     @property
     def start_positions(self) -> Floats:

@@ -63,6 +63,8 @@ def read_task(path: Path | str, scene: Scene) -> Task:
         ProblemError: If a stage cannot be done.
     """
     document = read_document(path)
+    if not document.has("start"):
+        raise document["start"].error("is missing: name a state, or joint -> position")
     start = _configuration(document["start"])
     return task_in(document, scene, start=start, name=Path(path).stem, folder=Path(path).parent)
 
@@ -143,6 +145,8 @@ def _follow(node: Node, frame: Node, cell: _Cell, name: str) -> TaskStage:
         poses = tuple(_pose(item) for item in node["poses"].elements())
     curve = polyline(poses, blend=node["blend"].number(default=0.0))
     speeds = ()
+    if node.has("steady") and not node.has("speed"):
+        raise node["steady"].error("needs a speed beside it")
     if node.has("speed"):
         steady = node["steady"].number(default=np.inf, infinite=True)
         speeds = (tool_speed(frame.text(), linear=node["speed"].number(), steady=steady),)

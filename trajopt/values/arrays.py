@@ -212,7 +212,7 @@ def sequence(name: str, value: Iterable[V]) -> Sequence[V]:
 
 def one_of(name: str, value: object, kind: type[V]) -> V:
     """Return a value of a class."""
-    if not isinstance(value, kind):
+    if not isinstance(value, kind) or (isinstance(value, type) and not issubclass(kind, type)):
         raise ProblemError(f"{name} must be {kind_words(kind)}, is {shown(value)}")
     return value
 

@@ -375,6 +375,10 @@ def _read_csv(path: Path, fixed: Floats, *, degrees: bool) -> list[Placement]:
 def pose_of(node: Node, fixed: Floats, *, degrees: bool) -> Placement:
     """Read a pose: `position` [m], and `quaternion` (x, y, z, w) or `rpy`, else a fixed rotation (3, 3)."""
     node.only(("position", "quaternion", "rpy"))
+    if not node.has("position"):
+        raise node["position"].error("is missing")
+    if node.has("quaternion") and node.has("rpy"):
+        raise node["rpy"].error("is beside a quaternion: leave one of them out")
     turned = QUATERNION if node.has("quaternion") else RPY if node.has("rpy") else ()
     numbers = node["quaternion" if node.has("quaternion") else "rpy"].numbers()
     try:

@@ -16,7 +16,7 @@ from trajopt.tasks.grasping.grasp import Grasp, Place, Straight
 from trajopt.tasks.grasping.gripper import Gripper, gripper_of
 from trajopt.tasks.grasping.straight import along_line, track_line, up, vector_of
 from trajopt.tasks.result import Handling
-from trajopt.tasks.search import Leg, TaskSearch, TaskState, Way
+from trajopt.tasks.search import Leg, TaskSearch, TaskState, Way, check_frames
 from trajopt.tasks.sequence import NO_NAMES, CandidateNames, StageRefusal
 from trajopt.values.arrays import Floats, Value, number, one_of, several
 from trajopt.values.errors import ProblemError, shown
@@ -85,6 +85,7 @@ class PickObject(Value):
         hand_of(scene, self.gripper)
         for frame in (line.frame for grasp in self.grasps for line in (grasp.approach, grasp.lift)):
             scene.holder(frame)
+        check_frames(scene, self.constraints)
         if self.object in held:
             raise ProblemError(f"object {shown(self.object)} is in a hand already: place or detach it first")
         if self.object in scene.changing:
@@ -213,6 +214,7 @@ class PlaceObject(Value):
         del group
         scene.object(self.object)
         hand_of(scene, self.gripper)
+        check_frames(scene, self.constraints)
         assert not isinstance(self.places, Place)
         for place in self.places:
             for frame in (place.frame, place.lower.frame, place.retreat.frame):
