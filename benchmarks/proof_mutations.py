@@ -98,7 +98,7 @@ def cases() -> Iterator[tuple[to.Problem, to.Trajectory]]:
         ("held", bare, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True))),
                         "constraints": (held, seen, later, to.gravity_torque()),
                         "waypoints": {"half": to.joint_positions({"joint1": -0.6})},
-                        "tool_speed": to.tool_speed("tool", linear=1.8, steady=0.95),
+                        "tool_speed": to.tool_speed("tool", linear=1.8, angular=2.0, steady=0.95),
                         "dwell": 0.2, "finish_by": 1.3}),
         ("past clouds", measured, {"goal": to.joint_positions(dict(zip(JOINTS, goal, strict=True)))}),
     ):  # fmt: skip

@@ -124,7 +124,7 @@ def _unmet(statement: Document, times: Numbers) -> Iterator[str]:
             yield f"{each['kind']} is not met"
 
 
-ALWAYS = ("tool speed", "held placement", "rest", "steady speed")
+ALWAYS = ("tool speed", "angular speed", "held placement", "rest", "steady speed")
 
 
 def _restless(statement: Document, rule: Document, times: Numbers) -> Numbers:
@@ -201,6 +201,14 @@ def _too_fast(statement: Document, rule: Document, times: Numbers) -> Numbers:
     return speed * (1.0 - 1e-6) - error - rule["limit"] - statement["excess"] - 1e-6
 
 
+def _turning_too_fast(statement: Document, rule: Document, times: Numbers) -> Numbers:
+    step, inner = 1e-5, times[1:-1]
+    turns = [_posed(statement, rule["place"], inner + side)[0] for side in (-step, step)]
+    moved = Rotation.from_matrix(turns[1] @ turns[0].swapaxes(1, 2)).as_rotvec()
+    speed = np.linalg.norm(moved, axis=1) / (2.0 * step)
+    return speed * (1.0 - 1e-6) - rule["limit"] - statement["excess"] - 1e-6
+
+
 def _speeds(statement: Document, rule: Document, times: Numbers) -> tuple[Numbers, Numbers]:
     """Return speeds of a point by differences, and the largest error by rounding, of a far point."""
     step = 1e-5
@@ -234,6 +242,7 @@ EXCEEDED: dict[str, Callable[[Document, Document, Numbers], Numbers]] = {
     "position in region": _out_of_region,
     "frame placement": _misplaced,
     "tool speed": _too_fast,
+    "angular speed": _turning_too_fast,
     "cloud": _outside_parts,
     "held placement": _misplaced,
     "rest": _restless,

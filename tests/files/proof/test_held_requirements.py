@@ -11,7 +11,8 @@ import pytest
 import trajopt as to
 from benchmarks.proof_mutations import direct
 from tests.files.proof.conftest import Checker, Document, Proof, moving_problem, planar_problem, planned
-from tests.files.proof.dense import of_kind, refuted, torques
+from tests.files.proof.dense import EXCEEDED, of_kind, refuted, torques
+from tests.files.proof.test_bounds import arm
 from trajopt.files.proof import MotionProof, check_proof, save_proof
 from trajopt.problem.problem import named_problem
 from trajopt.problem.requirements import FramePlacement
@@ -200,3 +201,32 @@ def test_torques_of_gravity_are_proven_at_all_times(tmp_path: Path, checker: Che
             if limit > 0.0:
                 rule["limits"] = [[coordinate, limit]]
                 assert (checker.fault(proof.write(tmp_path / "x.proof")) == "") is holds
+
+
+def test_an_angular_speed_is_proven_at_all_times(tmp_path: Path, checker: Checker) -> None:
+    """The swing turns the tool at 1.875 rad/s in its middle."""
+    limited = to.tool_speed("tool", angular=1.9)
+    proof = proven(kept(tool_speed=limited), tmp_path / "x.proof")
+    (rule,) = of_kind(proof.statement, "angular speed")
+    assert of_kind(proof.statement, "tool speed") == []
+    rule["limit"] = 1.874
+    assert any(refuted(proof.statement))
+    assert "tool on joint2 turns" in checker.fault(proof.write(tmp_path / "x.proof"))
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+@pytest.mark.parametrize("joint", [2, 3, 5])
+def test_an_angular_speed_is_bounded_tightly(degree: int, joint: int, checker: Checker) -> None:
+    """Joints of any axes, one that slides among them; samples find the largest speed from below."""
+    stated = arm(np.random.default_rng(joint), degree)
+    grid = np.unique(np.concatenate((stated["motion"]["times"], np.linspace(0.0, 2.0, 2001))))
+    place = {"joint": joint, "rotation": [1, 0, 0, 0], "translation": [0.1, 0, 0]}
+    rule = {"kind": "angular speed", "frame": "hand", "place": place, "limit": 0.0}
+    exceeded = EXCEEDED["angular speed"](stated, rule, np.linspace(1e-4, 2.0 - 1e-4, 4001))
+    largest = float(exceeded.max())
+    statement = checker.modules["statement"].read_statement(stated)
+    found = checker.modules["kinematics"].GridKinematics(statement, grid)
+    read = checker.modules["rule_orientation"].read_speed
+    for share, holds in ((1.001, True), (0.9999, False)):
+        shown = read({**rule, "limit": share * largest}, statement).holds(found)
+        assert bool(shown.all()) == holds

@@ -45,6 +45,7 @@ UNMET: dict[str, Callable[[Document], object]] = {
     "position in region": lambda each: each["members"][0][2].update(translation=[9.0, 0.0, 0.0]),
     "frame placement": lambda each: each["goal"].update(rotation=[1.0, 0.0, 0.0, 0.0]),
     "tool speed": lambda each: each.update(limit=0.3),
+    "angular speed": lambda each: each.update(limit=0.3),
     "torque": lambda each: each["limits"].__setitem__(0, [0, 0.01]),
     "held placement": lambda each: each.update(position=[0.01, 0.01, 0.01]),
     "part": lambda each: each.update(since=0.0),

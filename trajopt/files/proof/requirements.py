@@ -185,25 +185,31 @@ def _(requirement: PositionInRegion, motion: JudgedMotion, *, always: bool) -> R
 
 
 def stated_speeds(limited: ToolSpeed, motion: JudgedMotion) -> list[RequirementRecord | None]:
-    """Return a limit of a tool's speed, and its steadiness, as a proof states them; None without a rule."""
+    """Return limits of a frame's speeds, and steadiness, as a proof states them; None without a rule."""
     frame = motion.reduced.anchors.get(limited.frame)
-    if frame is None or np.isfinite(limited.angular):
+    if frame is None:
         return [None]
     point = PointMotion(motion, limited.frame, offset=limited.offset)
     place = placed(frame.joint, Placement(np.eye(3), frame.placement * limited.offset))
-
-    def velocities(begin: Floats, end: Floats) -> tuple[list[Floats], Floats]:
-        changes, length = point.changes(begin, end), end - begin
-        smooth = motion.trajectory.interpolation is Interpolation.QUINTIC
-        off = changes.second[:, 0] * length**2 / 8.0 if smooth else changes.first[:, 0] * length / 2.0
-        return [point.speeds(times)[0] for times in (begin, end)], MARGIN * off
-
-    def shown(begin: Floats, end: Floats) -> Bools:
-        sides, off = velocities(begin, end)
-        return np.maximum(*(np.linalg.norm(side, axis=1) for side in sides)) + off <= limited.linear * SURE
-
     document: Document = {"frame": limited.frame, "place": place}
-    found = [RequirementRecord({"kind": "tool speed", **document, "limit": limited.linear}, shown)]
+
+    def velocities(begin: Floats, end: Floats, which: int = 0) -> tuple[list[Floats], Floats]:
+        changes, length = point.changes(begin, end), end - begin
+        smooth = which or motion.trajectory.interpolation is Interpolation.QUINTIC
+        off = changes.second[:, which] * length**2 / 8.0 if smooth else changes.first[:, 0] * length / 2.0
+        return [point.speeds(times)[which] for times in (begin, end)], MARGIN * off
+
+    def below(kind: str, which: int, limit: float) -> RequirementRecord:
+        def shown(begin: Floats, end: Floats) -> Bools:
+            sides, off = velocities(begin, end, which)
+            return np.maximum(*(np.linalg.norm(side, axis=1) for side in sides)) + off <= limit * SURE
+
+        return RequirementRecord({"kind": kind, **document, "limit": limit}, shown)
+
+    limits = {"tool speed": limited.linear, "angular speed": limited.angular}
+    found = [
+        below(kind, which, limit) for which, (kind, limit) in enumerate(limits.items()) if np.isfinite(limit)
+    ]
     if not np.isfinite(limited.steady):
         return [*found]
     least, error = (1.0 - limited.steady) * limited.linear, TIGHT * limited.linear

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
-import rule_alignment
 import rule_joints
+import rule_orientation
 import rule_placement
 import rule_region
 import rule_tool_speed
@@ -20,7 +20,7 @@ Rule = Callable[[Fields, Statement], StatedRequirement]
 OF_THE_END: Mapping[str, Rule] = {
     "joint positions": rule_joints.read,
     "frame placement": rule_placement.read,
-    "axis alignment": rule_alignment.read,
+    "axis alignment": rule_orientation.read,
     "position in region": rule_region.read,
 }
 
@@ -29,6 +29,7 @@ ALWAYS: Mapping[str, Rule] = {
     "held placement": rule_placement.read_held,
     "gravity torque": rule_torque.read_gravity,
     "tool speed": rule_tool_speed.read,
+    "angular speed": rule_orientation.read_speed,
 }
 
 
