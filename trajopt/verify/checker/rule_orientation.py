@@ -36,8 +36,8 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
 def read_speed(value: Fields, statement: Statement) -> StatedRequirement:
     """Read the rule of an angular speed in the world.
 
-    A joint that turns at a rate w with derivatives a and j takes the bounds v, u and k of the angular velocity
-    behind it to v + w, u + w v + a and k + 2 w u + (w^2 + a) v + j.
+    A joint that turns at a rate w with derivatives a and j takes the bounds v, u and k of the angular
+    velocity behind it to v + w, u + w v + a and k + 2 w u + (w^2 + a) v + j.
     """
     readers = {"kind": text, "frame": text, "place": place_in(len(statement.joints)), "limit": size}
     _, name, place, limit = record("angular speed", value, readers)
