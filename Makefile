@@ -133,6 +133,11 @@ bench-model-error: $(STAMP_DEV)
 bench-tasks: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.tasks --page benchmarks/README.md $(OPTIONS)
 
+# Process paths: rows on a wall with arm and base, a raster and seams on a mesh.
+.PHONY: bench-process-paths
+bench-process-paths: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.process_paths --page benchmarks/README.md
+
 # Bundles, warehouses and rows of campaigns with flipped bits, zeroed sectors and cut ends. OPTIONS: --each N.
 .PHONY: bench-damaged
 bench-damaged: $(STAMP_DEV)

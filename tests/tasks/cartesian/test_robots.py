@@ -13,6 +13,7 @@ from tests.verify.arms import robot
 from trajopt.files.moveit.trajectories import read_trajectory
 from trajopt.planning import Status
 from trajopt.problem.requirements import FramePlacement
+from trajopt.tasks import FollowCurve, Task
 from trajopt.tasks.cartesian import (
     Begin,
     Curve,
@@ -21,10 +22,12 @@ from trajopt.tasks.cartesian import (
     follows_curve,
     line,
     polyline,
+    raster,
     read_poses,
     spline,
 )
 from trajopt.values.documents.document import write_json
+from trajopt.verify import Evidence
 
 UR5_READY = {
     f"{name}_joint": value
@@ -159,3 +162,42 @@ def test_the_drawn_figure_eight_is_covered_whole() -> None:
     assert result.complete
     assert result.fraction == 1.0
     assert result.deviation <= 1e-4
+
+
+def test_a_wide_cone_takes_no_more_work_than_a_narrow_one() -> None:
+    way = line(at(0.0, -0.1, -0.1), at(0.1, 0.1, -0.1))
+    narrow, wide = (
+        followed(
+            way,
+            spin=(0, 0, 1),
+            rotation_tolerance=np.radians(cone),
+            options=FollowOptions(begin=Begin.ANY_BRANCH),
+        )
+        for cone in (0.1, 15.0)
+    )
+    assert narrow.complete
+    assert wide.complete
+    work = "forward_kinematics"
+    assert wide.result.counts[work] < 1.5 * narrow.result.counts[work]
+
+
+def test_rows_on_a_wall_by_arm_and_base() -> None:
+    """A PR2 covers more than its arm reaches, at 0.2 m/s within 2 %."""
+    past = to.named_problem("past_column_pr2")
+    arm, tool = past.scene.robot, "brush"
+    scene = to.Scene(arm).add("wall", to.Box(0.1, 3.0, 1.8), to.placement((1.25, 0.0, 0.9)))
+    forward = to.placement(rpy=(0.0, np.pi / 2.0, 0.0))
+    scene = scene.with_tool(tool, on="r_gripper_tool_frame", placement=forward)
+    corners = np.array([(1.1, y, z) for y in (-0.7, 0.7) for z in (0.8, 1.0)])
+    rows = raster(to.Mesh(corners, np.array([(0, 1, 2), (1, 3, 2)])), face=0, spacing=0.2, along=(0, 1, 0))
+    steady = FollowOptions(tool_speed=(to.tool_speed(tool, linear=0.204, steady=0.0392),))
+    stages = [FollowCurve(to.follows_curve(tool, row, spin=(0, 0, 1)), steady, off=0.03) for row in rows]
+    found = to.plan(Task(scene=scene, group=past.group, start=past.start_positions, stages=stages))
+    assert found.verified, found.explain()
+    checks = [check for check in found.certificate.checks if "path: steady" in check.name]
+    assert len(checks) == 2
+    assert all(check.evidence is Evidence.PROVEN for check in checks)
+    moved = np.ptp(found.trajectory.positions, axis=0)
+    joints = dict(zip(found.trajectory.joint_names, moved.tolist(), strict=True))
+    assert joints["world_joint/y"] > 0.5
+    assert joints["r_shoulder_pan_joint"] > 0.1

@@ -25,6 +25,8 @@ LONGEST = 0.3
 """Longest step of any joint [rad | m]."""
 SINGULAR = 1e-3
 """Singular values below this share of the largest are damped [-]."""
+LEAST_TURN_LENGTH = 0.01
+"""Smallest length of a radian: rows of rotations below `SINGULAR` would be damped [m/rad]."""
 DISTANCE_ROW = 3
 """The row of the error with the distance, which the previous three imply."""
 
@@ -93,8 +95,9 @@ class OnCurve:
 
     @property
     def turn_length(self) -> float:
-        """Length of a radian: at most the ratio of the tolerances [m/rad]."""
-        return min(self.required.position_tolerance / self.required.rotation_tolerance, TURN_LENGTH) or 1.0
+        """Length of a radian: the ratio of the tolerances within bounds [m/rad]."""
+        ratio = self.required.position_tolerance / self.required.rotation_tolerance
+        return min(max(ratio, LEAST_TURN_LENGTH), TURN_LENGTH) if ratio > 0.0 else 1.0
 
     @property
     def allowed(self) -> float:

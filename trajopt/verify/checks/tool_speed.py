@@ -5,7 +5,7 @@ derivative, and within h^2 / 8 times a bound of its second derivative of the cho
 which no velocity is larger than at one of the ends.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +21,11 @@ from trajopt.verify.kernel.relative_motion import PointMotion
 from trajopt.verify.specification import Criterion
 
 SAMPLES = 2001
-"""Number of times at which a steady speed is checked."""
+"""Number of times at which the ramps of a steady speed are searched."""
 STEADY_SHARE = 0.5
 """Share of the path that a steady speed must cover, so that it is more than two ramps."""
+TINY = 1e-12
+"""Smallest speed with a direction [m/s]."""
 KINDS = (("tool speed", "m/s"), ("tool turning", "rad/s"))
 
 
@@ -49,13 +51,16 @@ def _steadiness(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed) -
     times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
     speeds = np.linalg.norm(moving.speeds(times)[0], axis=1)
     steady = np.flatnonzero(speeds >= floor)
-    if len(steady) == 0:
-        worst, share = int(speeds.argmax()), 0.0
-    else:
+    when, share, evidence = float(times[speeds.argmax()]), 0.0, Evidence.SAMPLED
+    if len(steady):
         between = slice(int(steady[0]), int(steady[-1]) + 1)
-        worst = between.start + int(speeds[between].argmin())
+        when = float(times[between][speeds[between].argmin()])
         share = float(speeds[between].sum() / speeds.sum())
-    value = float(speeds[worst])
+        slow = _slowness(motion, moving, floor, float(times[between][0]), float(times[between][-1]))
+        proof = prove_over_time(motion, slow)
+        evidence = Evidence.PROVEN if proof.evidence is Evidence.PROVEN else Evidence.SAMPLED
+        when = proof.time if proof.evidence is Evidence.SAMPLED else when
+    value = float(np.linalg.norm(moving.speeds(np.array((when,)))[0]))
     return Check(
         kind=CheckKind.TOOL_SPEED,
         name=f"{When.ALWAYS.value}: steady speed",
@@ -63,12 +68,42 @@ def _steadiness(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed) -
         value=value,
         bound=floor,
         unit="m/s",
-        time=float(times[worst]),
+        time=when,
         slack=value - floor,
-        evidence=Evidence.SAMPLED,
+        evidence=evidence,
         holds=value >= floor and share >= STEADY_SHARE,
         detail=f"at least {value:.4g} m/s over {share:.0%} of the way, {floor:.4g} m/s are required",
     )
+
+
+def _slowness(
+    motion: JudgedMotion, moving: PointMotion, floor: float, since: float, until: float
+) -> Callable[[Floats, Floats], Excess]:
+    """Return the excess of a least speed over the speed between two times; elsewhere it is negative.
+
+    Along the direction of the middle velocity, a velocity is at least the smaller one of the ends less its
+    distance from the chord.
+    """
+    smooth = motion.trajectory.interpolation is Interpolation.QUINTIC
+
+    def excess(begin: Floats, end: Floats) -> Excess:
+        begin, end = np.clip(begin, since, until), np.clip(end, since, until)
+        middle, length = (begin + end) / 2, end - begin
+        times = np.stack((begin, middle, end))
+        velocities = moving.speeds(times.ravel())[0].reshape(*times.shape, 3)
+        speeds, changes = np.linalg.norm(velocities, axis=2), moving.changes(begin, end)
+        least = speeds[1] - changes.first[:, 0] * length / 2
+        if smooth:
+            along = np.einsum(
+                "ecx,cx->ec", velocities[::2], velocities[1] / np.maximum(speeds[1], TINY)[:, None]
+            )
+            least = np.maximum(least, along.min(axis=0) - changes.second[:, 0] * length**2 / 8)
+        slowest, rows = speeds.argmin(axis=0), np.arange(len(begin))
+        inside = length > 0.0
+        measured = np.where(inside, floor - speeds[slowest, rows], -np.inf)
+        return Excess(measured, times[slowest, rows], np.where(inside, floor - least, -np.inf))
+
+    return excess
 
 
 def _check(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed, *, which: int) -> Check:
