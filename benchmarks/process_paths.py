@@ -24,6 +24,7 @@ BAND = 0.02
 """Accepted deviation from the speed."""
 PART = "example-robot-data/robots/ur_description/meshes/ur5/collision/base.stl"
 """The foot of a UR5 as a part, enlarged by a half."""
+PANDA = "example-robot-data/robots/panda_description"
 RIM, TILT = 0.17, np.radians(30.0)
 """Radius of the seams on the table around the part [m]; tilt of the torch [rad]."""
 
@@ -114,6 +115,21 @@ def wall(length: float = 3.0) -> Process:
     return Process(name, scene, past.group, start, "brush", rows, speed=0.2)
 
 
+def beside_rail(length: float = 3.0) -> Process:
+    """Return rows of a length [m] below a Panda on a rail."""
+    folder = share_folder() / PANDA
+    rail = to.bases.rail((0, 1, 0), -2.0, 2.0, velocity=0.5, acceleration=1.0, groups=("arm",))
+    robot = to.load(
+        folder / "urdf/panda.urdf", srdf=folder / "srdf/panda.srdf", package_dirs=(share_folder(),), base=rail
+    )
+    scene = to.Scene(robot).with_tool("tip", on="panda_hand", placement=to.placement((0, 0, 0.1034)))
+    corners = np.array([(x, y, 0.3) for x in (0.4, 0.6) for y in (-length / 2, length / 2)])
+    rows = raster(to.Mesh(corners, np.array([(0, 2, 1), (1, 2, 3)])), face=0, spacing=0.1, along=(0, 1, 0))
+    start = {"panda_joint2": -0.785, "panda_joint4": -2.356, "panda_joint6": 1.571, "panda_joint7": 0.785}
+    name = f"{len(rows)} rows of {length:g} m beside a rail, Panda"
+    return Process(name, scene, "arm", start, "tip", rows, speed=0.2)
+
+
 def part() -> Process:
     """Return a raster on the mesh of a part, and three seams around it, for a Panda."""
     mesh = load_mesh(share_folder() / PART, (1.5, 1.5, 1.5))
@@ -185,7 +201,7 @@ def main() -> None:
         "least speed",
         "CPU [s]",
     )
-    rows = [process.measured() for process in (wall(), on_part)]
+    rows = [process.measured() for process in (wall(), beside_rail(), on_part)]
     written = f"{table(heads, rows)}\n\n{unreachable(on_part)}"
     print(written)
     if given.page is not None:

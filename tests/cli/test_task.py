@@ -218,7 +218,7 @@ def test_every_kind_of_stage_is_read(tmp_path: Path) -> None:
         ("{pick: cup}", r"stages\[0\]: no object named 'cup'"),
         ("{follow: panda_hand_tcp, poses: [{position: [0, 0, 1]}]}", "at least two poses"),
         (
-            "{follow: panda_hand_tcp, poses: [{position: [0.4, 0, 1]}, {position: [0.4, 0.1, 1]}], steady: 0.02}",
+            "{follow: panda_hand_tcp, poses: [{position: [0, 0, 1]}, {position: [0, 1, 1]}], steady: 0.02}",
             r"stages\[0\].steady: needs a speed",
         ),
         ("{move_to: {position: [0.5, 0, 0.3], rpy: [0, 0, 0], quaternion: [0, 0, 0, 1]}}", "beside a quater"),
