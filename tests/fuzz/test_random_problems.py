@@ -67,6 +67,11 @@ def test_margins_are_kept_or_give_way() -> None:
         assert len(result.attempts) < 10, "nor is it looked for with all seeds"
 
 
+def test_goals_that_hold_with_a_path_constraint_only_near_bounds_are_found() -> None:
+    for seed in (70005, 90088):
+        assert trial("kept_requirements", seed)["outcome"] == "verified"
+
+
 ANY_ROBOT = ("serial_robots", "tree_robots", "mimic_robots")
 
 

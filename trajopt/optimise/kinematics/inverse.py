@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.arguments import count_of, requirements_of
-from trajopt.optimise.kinematics.projection import Projection, turning_joints
+from trajopt.optimise.kinematics.projection import ANYWHERE, Projection, turning_joints
 from trajopt.optimise.kinematics.validity import Validity, validity
 from trajopt.optimise.terms.joint_positions import joint_box
 from trajopt.problem.problem import Problem
@@ -78,7 +78,7 @@ STARTS = 64
 MANY_STARTS = 1024
 """Starts before the search fails: some goals are reached from one start in five hundred."""
 WAVES = 3
-"""Most waves of starts while no solution is free."""
+"""Most waves of starts while no solution is free; from the last on, solutions near bounds are sought too."""
 PUSHES = 3
 """Most waves around the solutions with the shallowest collisions, while none is free."""
 PUSH = 0.8
@@ -154,6 +154,8 @@ def goal_candidates(
     for wave in range(WAVES + PUSHES):
         if check is not None:
             check()
+        if wave == WAVES - 1:
+            projection = Projection(reduced, goals, query, ANYWHERE)
         if wave < WAVES:
             drawn = begin[wave * starts : (wave + 1) * starts]
         elif len(found) > 0:

@@ -22,10 +22,25 @@ STEPS = 12
 """Steps from each start; three more find a twentieth more solutions."""
 MOST_STEPS = 40
 """Steps while no start has led to a solution."""
-AIM = 0.2
-"""Share of each tolerance kept in reserve."""
-NARROW = 1e-2
-"""Components with nearer bounds than this aim at the middle [m | rad]."""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """Where within its bounds a component is sought.
+
+    Attributes:
+        inset: Share of each tolerance kept in reserve.
+        narrow: Components with nearer bounds than this aim at the middle [m | rad].
+    """
+
+    inset: float
+    narrow: float
+
+
+INSIDE = Aim(0.2, 1e-2)
+"""Leaves the optimiser and rounding a reserve."""
+ANYWHERE = Aim(0.05, 1e-3)
+"""For requirements that hold together only near their bounds."""
 DAMPING = 0.03
 """Damping by squared error; 0.01 to 0.1 find as much, 0.5 and 0.001 a third less."""
 LEAST_DAMPING = 1e-8
@@ -77,10 +92,10 @@ class _Asked:
     upper: Floats
 
     @staticmethod
-    def of(accepted: Constraint, aim: Constraint) -> "_Asked":
-        narrow = aim.upper - aim.lower <= NARROW
-        half = 0.5 * (aim.upper - aim.lower)[narrow]
-        lower, upper = aim.lower.copy(), aim.upper.copy()
+    def of(accepted: Constraint, sought: Constraint, width: float) -> "_Asked":
+        narrow = sought.upper - sought.lower <= width
+        half = 0.5 * (sought.upper - sought.lower)[narrow]
+        lower, upper = sought.lower.copy(), sought.upper.copy()
         lower[narrow] += half
         upper[narrow] = lower[narrow]
         return _Asked(accepted, lower, upper)
@@ -105,7 +120,9 @@ class _Asked:
 class Projection:
     """Moves configurations until they hold requirements."""
 
-    def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement], query: Evaluator) -> None:
+    def __init__(
+        self, reduced: ReducedModel, goals: Sequence[Requirement], query: Evaluator, aim: Aim = INSIDE
+    ) -> None:
         self.reduced, self.goals = reduced, tuple(goals)
         self._query = query
         self._limits: JointLimits = reduced.limits
@@ -113,10 +130,12 @@ class Projection:
         span = reduced.limits.upper - reduced.limits.lower
         self._passes = (self._turn > 0.0) & (span > 2.0 * np.pi - GAP)
         self._asked = [
-            _Asked.of(accepted, aim)
+            _Asked.of(accepted, sought, aim.narrow)
             for goal in together(without_followers(goals, reduced))
-            for accepted, aim in zip(
-                constrain(goal, reduced, WHOLE), constrain(goal, reduced, WHOLE, inset=AIM), strict=True
+            for accepted, sought in zip(
+                constrain(goal, reduced, WHOLE),
+                constrain(goal, reduced, WHOLE, inset=aim.inset),
+                strict=True,
             )
         ]
 
