@@ -78,7 +78,7 @@ STARTS = 64
 MANY_STARTS = 1024
 """Starts before the search fails: some goals are reached from one start in five hundred."""
 WAVES = 3
-"""Most waves of starts while no solution is free; from the last on, solutions near bounds are sought too."""
+"""Most waves of starts while no solution is free; without any, the last one seeks near bounds too."""
 PUSHES = 3
 """Most waves around the solutions with the shallowest collisions, while none is free."""
 PUSH = 0.8
@@ -154,7 +154,7 @@ def goal_candidates(
     for wave in range(WAVES + PUSHES):
         if check is not None:
             check()
-        if wave == WAVES - 1:
+        if wave == WAVES - 1 and not len(found):
             projection = Projection(reduced, goals, query, ANYWHERE)
         if wave < WAVES:
             drawn = begin[wave * starts : (wave + 1) * starts]
