@@ -117,7 +117,8 @@ stages:
 @pytest.mark.parametrize(
     ("stage", "words"),
     [
-        (lambda: Together([MoveTo("ready")]), "item 1: groups that move together have MoveTo only"),
+        (lambda: Together([MoveTo("ready")]), "item 1: give every MoveTo the group that it moves"),
+        (lambda: Together([Dwell(1.0)]), "item 1: groups that move together have MoveTo only"),
         (lambda: Together([[MoveTo({}, group=LEFT), Dwell(1.0)]]), "have MoveTo only"),
         (
             lambda: Together([MoveTo({"left_panda_joint1": 0.1}, group=LEFT)] * 2),

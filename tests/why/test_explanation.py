@@ -78,6 +78,7 @@ def test_requirements_that_exclude_each_other(arm: to.Robot) -> None:
     found = told(to.Problem(scene=scene, start=START, goal=goal, constraints=[harmless, near]))
     assert found.status is Status.CONFLICTING_CONSTRAINTS and found.certainty is Certainty.PROVEN
     assert set(found.conflict) == {str(goal), str(near)}
+    assert "No configuration meets all of these; any one fewer can be met:" in str(found)
 
 
 def test_a_goal_that_only_one_obstacle_blocks(pillar: to.Scene) -> None:

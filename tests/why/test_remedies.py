@@ -10,6 +10,7 @@ from trajopt.planning.judgement import judge
 from trajopt.planning.result import Status
 from trajopt.why import ProblemChange, Remedy
 from trajopt.why.change import smallest_changes
+from trajopt.why.explain import candidates
 
 
 def remedied(problem: to.Problem) -> dict[str, Remedy]:
@@ -30,6 +31,15 @@ def test_a_start_is_moved_or_its_obstacle(pillar: to.Scene) -> None:
     assert "start" in found and "place of pillar" in found
     start = found["start"].problem.start_positions
     assert start[0] > 0.05 and found["start"].amount < 0.3
+
+
+def test_an_obstacle_of_two_links_is_moved_each_way_once() -> None:
+    """A wall met by two links was moved the same way twice."""
+    wall = to.Scene(to.load("ur5")).add("wall", to.Box(0.1, 1.0, 0.8), to.placement((0.55, 0.0, 0.4)))
+    bent = {"shoulder_lift_joint": -1.57, "elbow_joint": 1.57, "wrist_1_joint": -1.57, "wrist_2_joint": -1.57}
+    explained = to.plan(to.Problem(scene=wall, group="manipulator", start=bent, goal="home")).explain()
+    assert len(explained.blocks) == 2
+    assert [change.what for change in candidates(explained)].count("place of wall") == 1
 
 
 def test_a_goal_beyond_a_limit_is_moved_to_it(arm: to.Robot) -> None:

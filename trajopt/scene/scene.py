@@ -755,7 +755,7 @@ class Scene(Value):
         return name if name in self.robot.links else owner
 
     def _check_frame(self, name: str) -> None:
-        known = (WORLD, *self.frame_names)
+        known = {WORLD, *self.frame_names}
         if one_of("frame", name, str) not in known and name not in self.objects:
             lost = COPY if name in self.added_elsewhere else ""
             raise FrameNotFound("frame", name, known, objects=self.objects, left_out=lost)

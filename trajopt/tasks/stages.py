@@ -619,10 +619,12 @@ class Together(Value):
         object.__setattr__(self, "items", items)
         for number_of_item, item in enumerate(items, start=1):
             for stage in item:
-                if not isinstance(stage, MoveTo) or not stage.group or stage.group != self._group(item):
+                if not isinstance(stage, MoveTo):
+                    raise ProblemError(f"item {number_of_item}: groups that move together have MoveTo only")
+                if not stage.group or stage.group != self._group(item):
                     raise ProblemError(
-                        f"item {number_of_item}: groups that move together have MoveTo only, with the same "
-                        "group= in all of an item"
+                        f"item {number_of_item}: give every MoveTo the group that it moves, such as "
+                        "MoveTo(goal, group='left_arm'), the same in all of an item"
                     )
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:

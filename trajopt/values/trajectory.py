@@ -39,8 +39,8 @@ class Path(Value):
     knots: Floats
 
     def __post_init__(self) -> None:
-        joints = sequence("joint_names", self.joint_names)
-        object.__setattr__(self, "knots", floats("knots", self.knots, (None, len(joints))))
+        object.__setattr__(self, "joint_names", sequence("joint_names", self.joint_names))
+        object.__setattr__(self, "knots", floats("knots", self.knots, (None, len(self.joint_names))))
         if len(self.knots) < 2:
             raise ShapeError("knots", "a path needs at least two")
 
@@ -101,7 +101,8 @@ class Trajectory(Value):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "times", floats("times", self.times, (None,)))
-        count, joints = len(self.times), len(sequence("joint_names", self.joint_names))
+        object.__setattr__(self, "joint_names", sequence("joint_names", self.joint_names))
+        count, joints = len(self.times), len(self.joint_names)
         for name in ("positions", "velocities", "accelerations"):
             value = getattr(self, name)
             if value is not None:

@@ -251,7 +251,7 @@ def _axis(direction: Floats) -> str:
     main = int(np.argmax(np.abs(direction)))
     if abs(direction[main]) > 0.999:
         return f"{'+' if direction[main] > 0.0 else '-'}{'xyz'[main]}"
-    return "(" + ", ".join(f"{part:.2f}" for part in direction) + ")"
+    return "(" + ", ".join(f"{part:.2f}" for part in np.round(direction, 2) + 0.0) + ")"
 
 
 def joint_moves(problem: Problem, moved: Floats) -> str:

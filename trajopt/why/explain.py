@@ -100,6 +100,8 @@ SMALLEST = 1e-3
 """First amount of a change without an estimate [m | rad]."""
 PAIRS = 3
 """Number of pairs in contact for which changes are tried."""
+SAME_WAY = 0.999
+"""Cosine of the angle below which two directions of an object count as one."""
 
 
 def candidates(known: Explanation) -> Iterator[ProblemChange]:
@@ -230,6 +232,7 @@ def _contacts(known: Explanation) -> Iterator[ProblemChange]:
             yield clearance
     if known.configuration is None:
         return
+    ways: list[tuple[str, Floats]] = []
     seen = evaluator(reduced).close_pairs(known.configuration[None], reduced.pairs.margin)
     for row in np.argsort(seen.distance).tolist():
         owners = reduced.owners(int(seen.pair[row]))
@@ -237,8 +240,12 @@ def _contacts(known: Explanation) -> Iterator[ProblemChange]:
             continue
         for name, sign in zip(owners, (-1.0, 1.0), strict=True):
             if name in problem.scene.objects and problem.scene.holder(name).link == WORLD:
+                away = sign * seen.normal[row]
+                if any(name == other and away @ way > SAME_WAY for other, way in ways):
+                    continue
+                ways.append((name, away))
                 lack = float(reduced.pairs.margin[seen.pair[row]] - seen.distance[row])
-                yield _moved_away(problem, name, sign * seen.normal[row], lack)
+                yield _moved_away(problem, name, away, lack)
         pairs = [block for block in pairs if block.subjects != owners]
 
 

@@ -22,7 +22,7 @@ from trajopt.problem.problem import Problem
 from trajopt.robot.joints import LimitKind, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
-from trajopt.values.printed import in_joint_position, in_unit
+from trajopt.values.printed import in_joint_position, in_number, in_unit
 from trajopt.values.trajectory import Path
 from trajopt.verify import Certificate, Judge, Moment
 from trajopt.why.change import Remedy, joint_moves
@@ -77,8 +77,8 @@ class Explanation(OutcomeSummary):
     def __str__(self) -> str:
         lines = [super().__str__()]
         if self.conflict:
-            found = "can be held" if self.certainty is Certainty.PROVEN else "was found to hold"
-            lines.append(f"Nothing {found} all of these together; any one fewer can be held:")
+            meets = "meets" if self.certainty is Certainty.PROVEN else "was found that meets"
+            lines.append(f"No configuration {meets} all of these; any one fewer can be met:")
             lines += [f"  {item}" for item in self.conflict]
         if self.blocks:
             lines.append("In the way:")
@@ -137,6 +137,10 @@ def _plain(result: Result, grounds: str, certainty: Certainty | None = None) -> 
     )
 
 
+def _of_seeds(result: Result) -> str:
+    return f", of {in_number(result.attempts, 'seed')}" if result.attempts else ""
+
+
 def _solved(result: Result) -> Explanation:
     return _plain(result, "the judge recomputed everything from the motion alone")
 
@@ -152,7 +156,7 @@ def _too_fast(result: Result) -> Explanation:
 def _too_late(result: Result) -> Explanation:
     if result.certainty is Certainty.PROVEN:
         return _plain(result, "the limits of the joints alone bound how soon any motion can be over")
-    return _plain(result, f"no sooner motion was found, from {len(result.attempts)} seeds")
+    return _plain(result, f"no sooner motion was found{_of_seeds(result)}")
 
 
 def _start(result: Result) -> Explanation:
@@ -268,7 +272,7 @@ def _of_the_way(result: Result) -> Explanation:
         tried[what] = tried.get(what, 0) + 1
     ranked = sorted(tried, key=lambda what: -tried[what])
     stopped = ", ".join(f"{tried[what]} by {what}" for what in ranked[:4])
-    grounds = f"of {len(result.attempts)} seeds none led to a plan: {stopped} were blocked"
+    grounds = f"of {in_number(result.attempts, 'seed')} none led to a plan: {stopped} were blocked"
     if not result.attempts:
         grounds = result.message
     return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
@@ -297,7 +301,7 @@ def _timing(result: Result) -> Explanation:
     judge = Judge(problem.reduced)
     weak = [(judge.overloads(knot, limits=problem.limits), knot) for knot in result.path.knots]
     worst = max(weak, key=lambda item: max((each.excess for each in item[0]), default=-np.inf))
-    grounds = f"{result.message} on every path found, of {len(result.attempts)} seeds"
+    grounds = f"{result.message} on every path found{_of_seeds(result)}"
     return _with(
         _plain(result, grounds),
         blocks=blocks_of_overloads(worst[0]),
@@ -367,7 +371,7 @@ def _refused(result: Result) -> Explanation:
     at = None
     if blocks and blocks[0].place is not None and result.trajectory is not None:
         at = result.trajectory(blocks[0].place * result.trajectory.duration)
-    grounds = f"the judge refused the motion that came nearest, of {len(result.attempts)} seeds"
+    grounds = f"the judge refused the motion that came nearest{_of_seeds(result)}"
     return _with(_plain(result, grounds), blocks=blocks, configuration=at)
 
 

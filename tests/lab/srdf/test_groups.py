@@ -80,6 +80,14 @@ def test_a_chain_alone(tmp_path: Path) -> None:
     assert only.driven == ("pan", "reach", "elbow", "wrist") and only.joints[-1] == "follow"
 
 
+def test_a_waist_below_one_arm_is_a_joint_of_the_arm(tmp_path: Path) -> None:
+    """Interbotix's arms name their first joint so; it was apart, and the arm could not turn about z."""
+    text = joint("waist", "revolute", "base", "shoulder") + arm("", "shoulder")
+    groups = proposed(loaded(tmp_path, text))
+    assert list(groups) == ["arm", "gripper"]
+    assert groups["arm"].driven == ("waist", *(f"joint{number}" for number in range(4)))
+
+
 def test_the_tip_is_a_tool_frame_by_name(tmp_path: Path) -> None:
     (group,) = proposed(loaded(tmp_path, arm("", "base", fingers=0, tool="tool0"))).values()
     assert group.tip == "tool0"

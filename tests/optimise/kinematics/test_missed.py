@@ -82,5 +82,17 @@ def test_an_arm_with_fewer_joints_than_fixed_axes_gets_a_hint(tmp_path: Path) ->
         said = to.plan(to.Problem(scene=arm, start={}, goal=goal)).reason
         assert "; 4 joints move in group all, and the goal fixes" in said
         assert f"{fixed} axes of tip: leave {free} of them free" in said
+        assert ("such as rotation_tolerance" in said) is (turn == 0.01), "one axis is free already"
     goal = to.frame_placement("tip", to.placement((9.0, 0.0, 0.0)), rotation_tolerance=np.inf)
     assert "axes of tip" not in to.plan(to.Problem(scene=arm, start={}, goal=goal)).reason
+
+
+def test_a_goal_of_a_frame_that_the_group_does_not_move_gets_a_hint() -> None:
+    """The reason was a distance only, as if another place could be reached."""
+    arms = to.Scene(to.load("two_pandas"))
+    group, other = "left_panda_arm", "right_panda_hand_tcp"
+    placed = to.frame_placement(other, to.placement((0.4, -0.4, 0.4)))
+    relative = to.frame_placement(other, to.placement((0, 0, 0.1)), reference="right_panda_link7")
+    for goal, against in ((placed, ""), (relative, " relative to right_panda_link7")):
+        said = to.plan(to.Problem(scene=arms, group=group, start="left_ready", goal=goal)).reason
+        assert f"; no joint of group {group} moves {other}{against}" in said

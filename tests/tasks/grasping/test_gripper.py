@@ -91,6 +91,12 @@ def test_force_equals_the_motors_force(tmp_path: Path, gripper: Gripper) -> None
     assert gripper_of(jaw(tmp_path, effort=40.0)).force == pytest.approx(40.0, rel=1e-6)
 
 
+def test_a_motor_of_the_default_force_of_a_grasp_is_enough(tmp_path: Path) -> None:
+    """The measured force was 29.999999999999996 N, and every grasp of 30 N was refused."""
+    for effort in (0.3, 30.0, 70.0):
+        assert gripper_of(jaw(tmp_path, effort=effort, span=(0.0, 0.045))).force == effort
+
+
 @pytest.mark.parametrize("name", ["ur5", "xarm7"])
 def test_reports_a_robot_without_gripper(name: str) -> None:
     with pytest.raises(GripperError, match=f"{name}.* has no gripper.*end_effector.*Gripper"):

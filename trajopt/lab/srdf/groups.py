@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 import pinocchio as pin
 
+from trajopt.robot.joints import joint_unit
 from trajopt.robot.loading.groups import TURNS, names_fingers, names_gripper, words
 from trajopt.robot.robot import Robot
 from trajopt.values.errors.arguments import checked
@@ -18,6 +20,7 @@ class TreeLink:
     Attributes:
         parent: The link above; empty for the root.
         driven: Whether it moves and mimics no other.
+        slides: Whether its joint is prismatic.
         length: Distance between the origins of both links at zero [m].
     """
 
@@ -26,6 +29,7 @@ class TreeLink:
     joint: str
     moving: bool
     driven: bool
+    slides: bool
     length: float
 
 
@@ -50,13 +54,14 @@ class LinkTree:
             above = model.frames[joint.parentFrame]
             below[frame.name] = []
             if above.name not in links:
-                links[frame.name] = TreeLink(frame.name, "", "", False, False, 0.0)
+                links[frame.name] = TreeLink(frame.name, "", "", False, False, False, 0.0)
                 continue
             apart = data.oMf[place].translation - data.oMf[joint.parentFrame].translation
             moving = joint.name in robot.joint_names
             driven = moving and joint.name not in robot.mimics
+            slides = moving and joint_unit(model, joint.name) == "m"
             length = float(np.linalg.norm(apart))
-            links[frame.name] = TreeLink(frame.name, above.name, joint.name, moving, driven, length)
+            links[frame.name] = TreeLink(frame.name, above.name, joint.name, moving, driven, slides, length)
             below[above.name].append(frame.name)
         return LinkTree(links, {name: tuple(children) for name, children in below.items()})
 
@@ -149,10 +154,11 @@ def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
 
 
 def _torso_apart(tree: LinkTree, chain: list[ProposedGroup]) -> list[list[ProposedGroup]]:
+    """Part a lift from the arm on it; a waist that turns below one arm alone is a joint of the arm."""
     whole, *grippers = chain
-    count = next(
-        (place for place, joint in enumerate(whole.driven) if body_part([joint]) != TORSO), len(whole.driven)
-    )
+    sliding = {link.joint for link in tree.links.values() if link.slides}
+    lift = takewhile(lambda joint: joint in sliding and body_part([joint]) == TORSO, whole.driven)
+    count = len(list(lift))
     if not 0 < count <= len(whole.driven) - ARM_JOINTS:
         return [chain]
     shoulder = next(link.name for link in tree.links.values() if link.joint == whole.driven[count - 1])

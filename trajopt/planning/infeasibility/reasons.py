@@ -232,8 +232,8 @@ def unreachable(
         each = " and ".join(str(item) for item in clash)
         return f"no configuration was found that holds {each} together, though any one fewer can be held"
     missed = missed_at(reduced, goals, nearest) + _at_limits(reduced, nearest)
-    few = _of_too_few_joints(reduced, goals)
-    return f"the nearest of the configurations tried misses the goal by {missed}{few}"
+    cause = _of_unmoved_frames(reduced, goals) or _of_too_few_joints(reduced, goals)
+    return f"the nearest of the configurations tried misses the goal by {missed}{cause}"
 
 
 def _at_limits(reduced: ReducedModel, positions: Floats) -> str:
@@ -252,6 +252,16 @@ AT_LIMIT = 1e-4
 """Distance from a limit up to which a joint counts as at it [rad | m]."""
 
 
+def _of_unmoved_frames(reduced: ReducedModel, goals: Sequence[Requirement]) -> str:
+    for goal in goals:
+        if isinstance(goal, FramePlacement):
+            moved, reference = reduced.anchors[goal.frame], reduced.anchors[goal.reference]
+            if moved.joint == reference.joint:
+                against = "" if goal.reference == WORLD else f" relative to {goal.reference}"
+                return f"; no joint of group {reduced.group} moves {goal.frame}{against}"
+    return ""
+
+
 def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> str:
     count = len(reduced.joint_names)
     for goal in goals:
@@ -259,10 +269,12 @@ def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> s
             held = np.isfinite(goal.position_tolerance).sum() + (goal.rotation_tolerance < np.pi).sum()
             if held > count:
                 free = "one" if held == count + 1 else f"{held - count}"
+                turns = (goal.rotation_tolerance < np.pi).all()
+                example = ", such as rotation_tolerance=(0.01, 0.01, inf)" if turns else ""
                 joints = "1 joint moves" if count == 1 else f"{count} joints move"
                 return (
                     f"; {joints} in group {reduced.group}, and the goal fixes {held} axes of {goal.frame}: "
-                    f"leave {free} of them free, such as rotation_tolerance=(0.01, 0.01, inf)"
+                    f"leave {free} of them free{example}"
                 )
     return ""
 

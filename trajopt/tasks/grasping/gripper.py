@@ -223,7 +223,8 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
     )
     # With a newton at each pad, the motor nearest to its limit decides how many there can be.
     each = np.abs(np.array(list(known.pressing((known.narrowest + known.widest) / 2.0, 1.0).values())))
-    return replace(known, force=float((limits.effort / each).min()))
+    # Rounded to a micronewton, since the openings, of which it is a derivative, are.
+    return replace(known, force=round(float((limits.effort / each).min()), 6))
 
 
 def arm_of(robot: Robot, gripper: Gripper) -> str:
