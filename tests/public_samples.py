@@ -42,7 +42,7 @@ from trajopt.verify import Judge
 RETURNED = frozenset(
     """
     Placement Plan Result Robot Scene BaseJoint MovingBase RobotBase Requirement Curve Executed Followed
-    FollowsCurve StopReason PickPlaceResult Segment Timeline Exported ConfigurationTable
+    FollowsCurve StopReason PickPlaceResult Segment Timeline Exported CurveMap ConfigurationTable
     InverseSolutions Placements RandomConfigurations ReachMap SelfMotion Validity RequestFile SceneFile
     Choice Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual
     SoftClearance SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit
@@ -211,7 +211,7 @@ def by_call() -> Mapping[str, Any]:
         "any_of.goals": {"a": goal},
         "compare.methods": ["sqp"],
         "exporter_named.name": "csv",
-        "follow.required": follows_curve("tool", line(AT, FARTHER)),
+        **dict.fromkeys(("follow.required", "curve_map.required"), follows_curve("tool", line(AT, FARTHER))),
         "import_modules.package": "trajopt.optimise.terms",
         "joint_positions.positions": {"joint1": 0.1},
         "load.robot": "planar2",

@@ -530,7 +530,8 @@ def test_results_of_one_and_of_several_motions_have_the_same_members(
             result.success  # noqa: B018  # pyright: ignore
     for result in (carried, carried.handling("cup"), followed):
         times = result.stages
-        assert times[0].begin == 0.0 and times[-1].end == pytest.approx(result.trajectory.duration)
+        assert result.trajectory is not None and times[0].begin == 0.0
+        assert times[-1].end == pytest.approx(result.trajectory.duration)
 
 
 def test_postures_in_any_order_meet_the_constraints_of_their_moves(cell: to.Scene) -> None:

@@ -1,4 +1,4 @@
-"""The picture of a reach map."""
+"""Pictures of reach maps, of a frame and of a curve."""
 
 from pathlib import Path
 
@@ -8,9 +8,12 @@ from PIL import Image
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.lab.reach import reach_map
+from trajopt.lab import reach
+from trajopt.lab.reach import CAUSES, CurveMap, CurveReach, curve_map, reach_map
 from trajopt.optimise.kinematics import reduce_model
-from trajopt.viewer import plot_reach
+from trajopt.tasks.cartesian import FollowsCurve, line
+from trajopt.values.errors import FrameNotFound, ProblemError, ShapeError
+from trajopt.viewer import plot_curve_map, plot_reach
 
 
 def test_cuts_show_reached_cells(tmp_path: Path) -> None:
@@ -27,3 +30,51 @@ def test_cuts_show_reached_cells(tmp_path: Path) -> None:
     assert coloured[1] > coloured[0] + 0.1
     with pytest.raises(to.TrajoptError, match=r"known: .*png"):
         plot_reach(few, tmp_path / "map.xlsx")
+
+
+def mapped(required: FollowsCurve, **options: int) -> CurveMap:
+    """Map a curve that begins free, passes through a block and leaves the reach of the arm."""
+    block = to.placement((0.62, 0.0, 0.3))
+    scene = to.Scene(to.load("panda")).add("block", to.Box(0.2, 0.6, 0.6), block)
+    reduced = to.Problem(scene=scene, group="panda_arm", start="ready", goal="ready").reduced
+    return curve_map(reduced, required, rng=np.random.default_rng(0), **options)
+
+
+def outwards(frame: str = "panda_hand_tcp") -> FollowsCurve:
+    ends = [to.placement((x, 0.0, 0.3), rpy=(np.pi, 0.0, 0.0)) for x in (0.4, 1.24)]
+    return to.follows_curve(frame, line(*ends), spin=(0.0, 0.0, 1.0))
+
+
+def test_stretches_that_no_spin_reaches_are_named_and_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = mapped(outwards(), points=5, spins=4)
+    assert [CAUSES[place] for place in found.cells.min(axis=1)] == [
+        CurveReach.REACHED,
+        CurveReach.COLLISION,
+        CurveReach.OUT_OF_REACH,
+        CurveReach.OUT_OF_REACH,
+        CurveReach.OUT_OF_REACH,
+    ]
+    assert found.stretches == (
+        (pytest.approx(0.21), pytest.approx(0.21), CurveReach.COLLISION),
+        (pytest.approx(0.42), pytest.approx(0.84), CurveReach.OUT_OF_REACH),
+    )
+    assert "from 0.42 m to 0.84 m: out of reach" in str(found)
+    image = np.asarray(Image.open(plot_curve_map(found, tmp_path / "map")))[..., :3].reshape(-1, 3)
+    for colour in ((0x4C, 0x9F, 0x70), (0xC8, 0x55, 0x3D), (0xC9, 0xCE, 0xD6)):
+        assert (image == colour).all(axis=1).mean() > 0.05
+    monkeypatch.setattr(reach, "NEARLY_SINGULAR", 10.0)
+    singular = mapped(outwards(), points=1, spins=1)
+    assert CAUSES[singular.cells[0, 0]] is CurveReach.SINGULAR
+
+
+def test_maps_of_wrong_curves_are_refused() -> None:
+    with pytest.raises(FrameNotFound, match="no frame named 'tcp'"):
+        mapped(outwards("tcp"))
+    with pytest.raises(ShapeError, match="points"):
+        mapped(outwards(), points=0)
+    ends = [to.placement((x, 0.0, 0.3)) for x in (0.4, 0.5)]
+    free = to.follows_curve("panda_hand_tcp", line(*ends), rotation_tolerance=np.inf)
+    with pytest.raises(ProblemError, match="the rotation along the curve is free"):
+        mapped(free)

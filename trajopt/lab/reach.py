@@ -1,8 +1,10 @@
-"""Reach map of a frame, and tables of sampled configurations."""
+"""Reach maps of a frame and of a curve, and tables of sampled configurations."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from enum import Enum
 from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +14,18 @@ from numpy.typing import ArrayLike, NDArray
 from trajopt.geometry import Evaluator, evaluator
 from trajopt.optimise.kinematics.arguments import count_of, frame_of
 from trajopt.optimise.kinematics.forward import manipulability, moving_frame, stacked_jacobian
+from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.kinematics.sampling import BATCH, Progress, Sampler
 from trajopt.optimise.kinematics.validity import clear, pair_margins
+from trajopt.problem.requirements import FollowsCurve, FramePlacement, frame_placement
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.robot.joints import draw_positions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Ints, Value, direction_of, floats, number, readonly
-from trajopt.values.errors import FileFormatError, MissingExtra, ShapeError, shown
+from trajopt.values.errors import FileFormatError, MissingExtra, ProblemError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import WORLD
+from trajopt.values.placement import WORLD, Placement, placement
+from trajopt.values.printed import in_length
 
 CELL = 0.05
 """Edge of a cell [m]."""
@@ -209,6 +214,151 @@ def _grid(met: _Met, cell: float, directions: int) -> dict[str, Any]:
         "reached": np.bincount(seen, minlength=cells).reshape(shape),
         "manipulability": readonly(best.reshape(shape)),
     }
+
+
+class CurveReach(Enum):
+    """Reach of a point of a curve with one spin."""
+
+    REACHED = "reached"
+    SINGULAR = "singularity"
+    COLLISION = "collision"
+    OUT_OF_REACH = "out of reach"
+
+
+CAUSES = tuple(CurveReach)
+"""All values, the best first."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurveMap(Value):
+    """Reach along a curve, for turns of the frame about the axis of its spin.
+
+    Attributes:
+        lengths: Along the curve, shape (m,) [m].
+        spins: Turns from the orientation of the curve, shape (k,) [rad].
+        cells: Place in `CAUSES` of each point and spin, shape (m, k).
+    """
+
+    frame: str
+    lengths: Floats
+    spins: Floats
+    cells: Ints
+
+    @property
+    def stretches(self) -> tuple[tuple[float, float, CurveReach], ...]:
+        """Begin and end [m] of each stretch that no spin reaches, with the cause of the best spin."""
+        best: list[CurveReach] = [CAUSES[place] for place in self.cells.min(axis=1).tolist()]
+        ends = [0, *(k for k in range(1, len(best)) if best[k] is not best[k - 1]), len(best)]
+        return tuple(
+            (float(self.lengths[first]), float(self.lengths[end - 1]), best[first])
+            for first, end in pairwise(ends)
+            if best[first] is not CurveReach.REACHED
+        )
+
+    def __str__(self) -> str:
+        lines = [
+            f"from {in_length(first)} to {in_length(last)}: {cause.value}"
+            for first, last, cause in self.stretches
+        ]
+        share = float((self.cells.min(axis=1) == 0).mean())
+        return "\n  ".join([f"{self.frame} reaches {share:.0%} of the points of the curve", *lines])
+
+
+RANDOM_STARTS, NEIGHBOURS = 12, 2
+"""Random starts for each cell of a map of a curve, and starts from each neighbour."""
+NEARLY_SINGULAR = 0.01
+"""Smallest singular value of a configuration that is not near a singularity [m/rad]."""
+
+
+@checked
+def curve_map(
+    reduced: ReducedModel,
+    required: FollowsCurve,
+    *,
+    rng: np.random.Generator,
+    points: int = 30,
+    spins: int = 24,
+    margin: float | None = None,
+) -> CurveMap:
+    """Map the points of a curve that a frame reaches, for each turn about the axis of its spin.
+
+    A cell is evidence: its configurations are the ends of searches from random starts and from the
+    configurations of its neighbours. Whether they connect is not examined.
+
+    Args:
+        required: The curve; without a free spin the map has turns about z of the frame.
+        margin: Clearance to keep from everything [m]; the scene's own margins if None.
+
+    Raises:
+        FrameNotFound: If a frame is unknown.
+        ProblemError: If the curve leaves the rotation free.
+        ShapeError: If a number is invalid.
+    """
+    for name, count in (("points", points), ("spins", spins)):
+        count_of(name, count)
+    for frame in (required.frame, required.reference):
+        frame_of(reduced, frame)
+    if np.isinf(required.rotation_tolerance):
+        raise ProblemError("the rotation along the curve is free: a map needs an axis that is held")
+    query, margins = evaluator(reduced), pair_margins(reduced, margin)
+    lengths = np.linspace(0.0, required.until, points)
+    turns = np.linspace(-np.pi, np.pi, spins, endpoint=False)
+    drawn = draw_positions(reduced.limits, RANDOM_STARTS, rng=rng)
+    cells: Ints = np.empty((points, spins), dtype=np.int64)
+    before = [drawn[:0]] * spins
+    for row, length in enumerate(lengths.tolist()):
+        for column, turn in enumerate(turns.tolist()):
+            project = Projection(reduced, (_turned(required, length, turn),), query)
+            cells[row, column] = CAUSES.index(CurveReach.OUT_OF_REACH)
+            for starts in (np.concatenate((before[column], before[column - 1])), drawn):
+                projected = project(starts)
+                found = projected.positions[projected.violation == 0.0]
+                cause, kept = _cause(query, required, found, margins)
+                if CAUSES.index(cause) < cells[row, column]:
+                    cells[row, column], before[column] = CAUSES.index(cause), kept[:NEIGHBOURS]
+                if cause is CurveReach.REACHED:
+                    break
+    return CurveMap(required.frame, readonly(lengths), readonly(turns), cells)
+
+
+def _cause(
+    query: Evaluator, required: FollowsCurve, found: Floats, margins: Floats
+) -> tuple[CurveReach, Floats]:
+    """Return the best of configurations at a point of a curve, and those that are as good."""
+    if len(found) == 0:
+        return CurveReach.OUT_OF_REACH, found
+    free = found[clear(query, found, margins)]
+    if len(free) == 0:
+        return CurveReach.COLLISION, found
+    regular = _smallest_singular_value(query, required, free) >= NEARLY_SINGULAR
+    return (CurveReach.REACHED, free[regular]) if regular.any() else (CurveReach.SINGULAR, free)
+
+
+def _smallest_singular_value(query: Evaluator, required: FollowsCurve, positions: Floats) -> Floats:
+    """Return the smallest singular value of the motion along a curve, without a free spin, shape (S,)."""
+    at = moving_frame(query, required.frame, positions, required.reference, required.offset)
+    angular, rows = at.angular_jacobian, 6
+    if required.spin is not None:
+        axis = at.rotation @ required.spin
+        angular, rows = angular - axis[:, :, None] * np.einsum("si,sij->sj", axis, angular)[:, None], 5
+    sizes = np.linalg.svd(np.concatenate((at.point_jacobian, LENGTH * angular), axis=1), compute_uv=False)
+    return np.asarray(sizes[:, min(rows, positions.shape[1]) - 1], dtype=np.float64)
+
+
+def _turned(required: FollowsCurve, length: float, turn: float) -> FramePlacement:
+    from scipy.spatial.transform import Rotation
+
+    axis = np.array((0.0, 0.0, 1.0)) if required.spin is None else required.spin
+    place: Placement = required.curve.placement(length)
+    rotation = place.rotation @ Rotation.from_rotvec(turn * axis).as_matrix()
+    return frame_placement(
+        required.frame,
+        placement(place.translation, rotation=rotation),
+        reference=required.reference,
+        offset=required.offset,
+        position_tolerance=required.position_tolerance,
+        rotation_tolerance=required.rotation_tolerance,
+    )
 
 
 @checked

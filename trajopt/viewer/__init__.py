@@ -11,6 +11,7 @@ from trajopt.viewer.mirror import RunPublisher as RunPublisher
 from trajopt.viewer.mirror import mirror_view as mirror_view
 from trajopt.viewer.playback import Viewer as Viewer
 from trajopt.viewer.playback import view as view
+from trajopt.viewer.plots import plot_curve_map as plot_curve_map
 from trajopt.viewer.plots import plot_motion as plot_motion
 from trajopt.viewer.plots import plot_path_time as plot_path_time
 from trajopt.viewer.plots import plot_reach as plot_reach

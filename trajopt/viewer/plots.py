@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.lab.reach import ReachMap
+from trajopt.lab.reach import CAUSES, CurveMap, ReachMap
 from trajopt.lab.suite import RunOutcome
 from trajopt.lab.suite.outcome import performance_profile
 from trajopt.planning.moving.path_time import PathTime, forbidden_times
@@ -292,6 +292,49 @@ def plot_reach(reach: ReachMap, path: Path | str) -> Path:
         f"{reach.valid} configurations",
         fontsize="x-large",
     )
+    figure.savefig(target)
+    return target
+
+
+REACH_COLOURS = ("#4c9f70", "#f2c14e", "#c8553d", "#c9ced6")
+"""Of `CAUSES`."""
+
+
+@checked
+def plot_curve_map(reach: CurveMap, path: Path | str) -> Path:
+    """Draw the reach along a curve, position by spin, coloured by cause; return the path.
+
+    Args:
+        path: The image; its suffix selects the format (PNG without one).
+
+    Raises:
+        FileFormatError: If the suffix is not an image format.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    figure = Figure(figsize=(9.0, 5.0), dpi=DOTS_PER_INCH, layout="constrained")
+    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
+    axes = figure.subplots()
+    axes.pcolormesh(
+        reach.lengths,
+        np.degrees(reach.spins),
+        reach.cells.T,
+        shading="nearest",
+        cmap=ListedColormap(REACH_COLOURS),
+        vmin=-0.5,
+        vmax=len(CAUSES) - 0.5,
+    )
+    axes.set_xlabel("position along the curve [m]")
+    axes.set_ylabel(f"spin of {reach.frame} [deg]")
+    axes.set_title(str(reach), loc="left", fontsize="medium")
+    patches = [
+        Patch(facecolor=colour, label=cause.value)
+        for colour, cause in zip(REACH_COLOURS, CAUSES, strict=True)
+    ]
+    axes.legend(handles=patches, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=4, frameon=False)
     figure.savefig(target)
     return target
 
