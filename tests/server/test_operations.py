@@ -118,6 +118,13 @@ def test_a_planning_scene_of_moveit_is_taken_whole_or_as_a_difference() -> None:
         ask("planning_scene", {"wurld": {}})
 
 
+def test_a_misspelt_shape_gets_a_near_match() -> None:
+    """The reason asked for "pairs (shape, placement)", which JSON does not have."""
+    edit = {"add": {"name": "post", "shape": {"boxx": {"x": 0.1, "y": 0.1, "z": 0.1}}}}
+    with pytest.raises(to.TrajoptError, match=r"shape: unknown key 'boxx'; did you mean 'box'"):
+        ask("edit", {"edits": [edit]})
+
+
 def test_a_motion_is_checked() -> None:
     answer, _ = ask("plan", {"problem": REACH})
     motion = {key: answer[key] for key in ("joint_names", "points")}

@@ -398,6 +398,9 @@ class CheckedProof:
     proven: bool
     words: str
 
+    def __str__(self) -> str:
+        return self.words
+
 
 def check_proof(path: Path | str, *, fast: bool = False) -> CheckedProof:
     """Check a proof file; see `MotionProof.check`."""

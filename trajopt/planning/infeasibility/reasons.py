@@ -269,8 +269,9 @@ def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> s
             held = np.isfinite(goal.position_tolerance).sum() + (goal.rotation_tolerance < np.pi).sum()
             if held > count:
                 free = "one" if held == count + 1 else f"{held - count}"
-                turns = (goal.rotation_tolerance < np.pi).all()
-                example = ", such as rotation_tolerance=(0.01, 0.01, inf)" if turns else ""
+                tolerances = {1: "(0.01, 0.01, inf)", 2: "inf", 3: "inf"}
+                turns = (goal.rotation_tolerance < np.pi).all() and held - count in tolerances
+                example = f", such as rotation_tolerance={tolerances[held - count]}" if turns else ""
                 joints = "1 joint moves" if count == 1 else f"{count} joints move"
                 return (
                     f"; {joints} in group {reduced.group}, and the goal fixes {held} axes of {goal.frame}: "

@@ -16,7 +16,7 @@ from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
 from trajopt.server.limits import RequestRefused, Why
 from trajopt.server.operation import Answer, SessionState, Watch
-from trajopt.server.operations.words import called, value_of
+from trajopt.server.operations.words import SHAPES, called, value_of
 from trajopt.values.arrays import Floats, floats
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import FileFormatError, ModelError, ProblemError
@@ -138,6 +138,8 @@ def _once(state: SessionState, edit: str, node: Node) -> SessionState:
         given["at"] = state.positions
     if "self" in node.keys():
         raise node.error("unknown key self")
+    if edit == "add" and isinstance(node["shape"].value, dict):
+        node["shape"].only(SHAPES)
     return replace(state, scene=called(SCENE_EDITS[edit], node, **given))
 
 

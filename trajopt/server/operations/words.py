@@ -24,11 +24,7 @@ from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Sp
 PLACEMENT_FIELDS = frozenset(inspect.signature(placement).parameters)
 
 
-_STATED = (name for name in requirements.__all__ if name[0].islower())
-WORDS: Mapping[str, Callable[..., object]] = {
-    **{name: cast("Callable[..., object]", getattr(requirements, name)) for name in _STATED},
-    "tool_speed": tool_speed,
-    "placement": placement,
+SHAPES: Mapping[str, Callable[..., object]] = {
     "box": Box,
     "sphere": Sphere,
     "cylinder": Cylinder,
@@ -39,6 +35,13 @@ WORDS: Mapping[str, Callable[..., object]] = {
     "mesh": Mesh,
     "points": Points,
     "voxels": Voxels,
+}
+_STATED = (name for name in requirements.__all__ if name[0].islower())
+WORDS: Mapping[str, Callable[..., object]] = {
+    **{name: cast("Callable[..., object]", getattr(requirements, name)) for name in _STATED},
+    "tool_speed": tool_speed,
+    "placement": placement,
+    **SHAPES,
     "line": line,
     "polyline": polyline,
     "arc_about": arc_about,

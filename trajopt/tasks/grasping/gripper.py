@@ -287,7 +287,7 @@ def _effector(robot: Robot, name: str | None) -> EndEffector:
         return known[name]
     if len(known) != 1:
         reason = (
-            "its SRDF names no <end_effector> with joints"
+            "its SRDF names no <end_effector> with joints (`trajopt srdf` proposes one)"
             if not known
             else (f"name the end effector: {', '.join(known)}")
         )
