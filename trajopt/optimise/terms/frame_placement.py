@@ -5,6 +5,7 @@ J_r^{-1} R^T w (Sola et al., A micro Lie theory, 2018, eq. 144); Euler angles ar
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -187,6 +188,11 @@ class CurveError(Value):
     def name(self) -> str:
         return f"curve of {self.required.frame}"
 
+    @cached_property
+    def _across(self) -> Floats:
+        assert self.required.spin is not None
+        return _aside(self.required.spin)
+
     def linearise(self, motion: Motion) -> Rows:
         last = len(motion.knots) - 1
         # A lone configuration has no place along the curve, unless that is the end alone.
@@ -223,7 +229,7 @@ class CurveError(Value):
                 values.append(angles)
                 rates.append(by_spin @ np.swapaxes(seen.rotation, 1, 2) @ seen.angular_jacobian)
             else:
-                across = aside(need.spin)
+                across = self._across
                 values.append(turned @ need.spin @ across.T)
                 axis = np.einsum("sij,j->si", seen.rotation, need.spin)
                 turning = np.swapaxes(seen.angular_jacobian, 1, 2)
@@ -232,7 +238,7 @@ class CurveError(Value):
         return np.concatenate(values, axis=1), np.concatenate(rates, axis=1)
 
 
-def aside(axis: Floats) -> Floats:
+def _aside(axis: Floats) -> Floats:
     first = np.array(np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())]), dtype=np.float64)
     first /= np.linalg.norm(first)
     return np.stack((first, np.array(np.cross(axis, first), dtype=np.float64)))
