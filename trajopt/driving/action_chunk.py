@@ -71,7 +71,6 @@ class ActionMotion(Value):
     within: int
 
     def first(self, count: int, limits: JointLimits) -> Trajectory:
-        """Return the motion along the first actions, followed by a stop."""
         return stop_at_the_end(self.times[: count + 1], self.states[:, : count + 1], limits)
 
 

@@ -48,7 +48,6 @@ class _Command:
     Attributes:
         positions: Of all joints afterwards [rad | m].
         takes: The object that it grasps; empty for none.
-        grasp: The grasp; None of a suction cup.
         opened: Positions of all joints before a grasp, with open fingers [rad | m].
         opening: Between the pads then [m].
         segment: The planned motion of the fingers; None of a suction cup.
@@ -69,7 +68,6 @@ class _Progress(Printed):
     """The plan of the stages that remain, and its progress.
 
     Attributes:
-        next: Index of the next motion.
         fresh: Whether the plan was made in the present world, for the present state.
     """
 

@@ -12,7 +12,6 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
 STOPPED = "the driver stopped the robot"
-"""Fault after `Executor.stop`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +104,6 @@ class GripperState(Value):
     Attributes:
         opening: Distance between the pads [m]; 0 for a suction cup.
         moving: Whether the last command is not finished.
-        holding: Whether it holds an object.
     """
 
     opening: float

@@ -123,8 +123,6 @@ class _PlanRequest(Printed):
 
 @dataclass(eq=False)
 class _NextGoal(Printed):
-    """The motion to the goal after the present one."""
-
     transition: Transition | None = None
     not_before: float = 0.0
 

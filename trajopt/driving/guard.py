@@ -46,7 +46,6 @@ REHEARSED = 1e-3
 """Motion of each joint in the rehearsal before the first decision [rad | m]."""
 UNPROVEN = "the motion is not proven to keep clearances, limits and path constraints"
 FAILURES = {EventKind.FAULT, EventKind.OFF_TRACK}
-"""Events that end the guard's work."""
 STEP, STEPS = 0.01, 4
 """Time step of the motion nearest to the actions [s], and its number of steps: two control cycles of 50 Hz,
 so that

@@ -182,7 +182,6 @@ class IntendedMotion(Value):
         return StopsAlong(self.trajectory, self.goal.problem.limits)
 
     def passed(self, time: float) -> frozenset[str]:
-        """Return the waypoints that it has passed at a time since its beginning [s]."""
         clock, _, _ = self.scaling.at(time)
         return frozenset(name for name, passing in self.passes.items() if passing <= clock)
 

@@ -352,11 +352,7 @@ class RecordingFile(Value):
          "group": "panda_arm", "times": {"array": [...], "type": "float64"}, "committed": [...], ...
         }
 
-    It has the fields of `Recording`; `trajopt.values.documents.codec` describes the JSON of values. The robot
-    is not included.
-
-    Attributes:
-        source: As given to `write_recording`; None if none.
+    It has the fields of `Recording`; `trajopt.values.documents.codec` describes the JSON of values.
     """
 
     robot_name: str

@@ -201,8 +201,6 @@ P = TypeVar("P", bound=Pilot)
 
 
 class _KeepingMotions(SimulatedExecutor):
-    """A simulated executor that keeps all commanded motions from the beginning."""
-
     commanded: CommittedMotion | None = None
 
     def splice(self, trajectory: Trajectory, at: float) -> str:
@@ -275,7 +273,7 @@ def run(
 
 
 class _Cell:
-    """The simulated cell of a task: robot, gripper, loose objects, and those that a machine moves."""
+    """The simulated cell of a task."""
 
     def __init__(
         self, task: Task, surprises: Surprises, options: SupervisorOptions, tolerance: float | Floats

@@ -93,7 +93,6 @@ class Sensors(Value):
         noise: Standard deviation of each measured position [rad | m].
         stated: Bound of the measurement error, included in the tolerance of the driver [rad | m];
             `DEVIATIONS` times the noise if None.
-        seed: Of the noise.
     """
 
     delay: float = 0.0

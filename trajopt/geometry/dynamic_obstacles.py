@@ -66,11 +66,7 @@ class DynamicObstacles(Printed):
     def of(
         reduced: ReducedModel, counts: WorkCounts, make: MakesEvaluator = evaluator
     ) -> "DynamicObstacles | None":
-        """Return the dynamic obstacles around a robot; None if nothing in its scene changes with time.
-
-        Args:
-            counts: Takes the work done.
-        """
+        """Return the dynamic obstacles around a robot; None if nothing in its scene changes with time."""
         timed = reduced.timed
         return None if timed is None else DynamicObstacles(timed, make(timed.reduced, counts))
 

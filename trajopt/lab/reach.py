@@ -324,7 +324,6 @@ def curve_map(
 def _cause(
     query: Evaluator, required: FollowsCurve, found: Floats, margins: Floats
 ) -> tuple[CurveReach, Floats]:
-    """Return the best of configurations at a point of a curve, and those that are as good."""
     if len(found) == 0:
         return CurveReach.OUT_OF_REACH, found
     free = found[clear(query, found, margins)]
@@ -335,7 +334,6 @@ def _cause(
 
 
 def _smallest_singular_value(query: Evaluator, required: FollowsCurve, positions: Floats) -> Floats:
-    """Return the smallest singular value of the motion along a curve, without a free spin, shape (S,)."""
     at = moving_frame(query, required.frame, positions, required.reference, required.offset)
     angular, rows = at.angular_jacobian, 6
     if required.spin is not None:

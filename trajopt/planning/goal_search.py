@@ -108,7 +108,6 @@ class Candidate:
 
     Attributes:
         branches: Its possible branches: the end of the seed selects one.
-        effort: Work to do for it.
     """
 
     workspace: PlanningWorkspace

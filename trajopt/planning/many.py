@@ -16,10 +16,7 @@ from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 
 AHEAD = 2
-"""Problems taken ahead for each worker: no worker waits for another's long one, and the problems may come
-from an
-endless generator.
-"""
+"""Problems taken ahead for each worker, so that none waits for another's long one."""
 
 
 class PlansProblem(Protocol):
@@ -38,8 +35,8 @@ def plan_many(
 ) -> Iterator[Result]:
     """Plan many problems side by side in threads; yield the results in the order of the problems.
 
-    Each result is the result of `planner` alone, for any number of workers. Problems are taken when needed,
-    so they may come from a generator. Ending the iteration ends the planning.
+    Each result is the result of `planner` alone, for any number of workers. Problems are taken when needed.
+    Ending the iteration ends the planning.
 
     Args:
         workers: Threads; the number of cores when None.

@@ -82,7 +82,6 @@ an object. If these fail, the motion is planned from scratch.
 MOMENTS = 200
 """Moments of a motion led elsewhere."""
 BECAUSE = "what is left of the running motion is nearly what is asked"
-"""Reason of planning for the method."""
 
 
 @named
@@ -98,9 +97,8 @@ def replan(
 ) -> Result:
     """Plan from a point of a running motion, beginning with the rest of it.
 
-    First shape and timing of the rest are optimised together, mostly in a quarter of the time of planning
-    from scratch. If that gives no verified motion, `plan` plans from there. Both continue the running motion
-    without a jump of position, velocity or acceleration.
+    First shape and timing of the rest are optimised together. If that gives no verified motion, `plan` plans
+    from there. Both continue the running motion without a jump of position, velocity or acceleration.
 
     Args:
         problem: The requirements from then on, in the scene as it will be then; see `on_the_way`.

@@ -113,7 +113,6 @@ class Attempt:
 
     Attributes:
         number: In the order of attempts, from 1.
-        kind: Source of the seed.
         solver: Status of the solver, if it got that far.
         message: Which constraint was violated, where and by how much.
         block: The main obstruction; None if there was none, or none with a location.
@@ -213,7 +212,6 @@ class Plan:
     """A verified motion.
 
     Attributes:
-        judged: The judge's verdict on it.
         along_path: If shape and time were optimised together: duration of the fastest motion along the
             initial path (of a start in motion: after it has stopped) [s].
     """

@@ -17,7 +17,6 @@ class Row:
         branches: First and last (exclusive) index of their goal configurations, nearest first;
             None for all.
         count: Number of seeds; None for all.
-        effort: Work to do for each seed.
         to_any: Whether each seed leads to the goal configuration that it reaches first.
         bends_best: Whether the best motion is bent instead, once there is one.
     """
@@ -52,7 +51,6 @@ OPENING: tuple[Round, ...] = (
     PROMISING,
     (Row(SeedKind.STRAIGHT, (NEAREST + 1, None), effort=Effort.TENTATIVE),),
 )
-"""First seeds."""
 
 CYCLE: tuple[Round, ...] = (
     (Row(SeedKind.SAMPLED, count=3, to_any=True),),

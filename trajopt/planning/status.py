@@ -103,7 +103,6 @@ class OutcomeSummary(Value):
     """Outcome of planning and its reason: `print` it, or read its parts.
 
     Attributes:
-        certainty: Whether the verdict is proven.
         grounds: Proof of the verdict, or evidence for it.
         details: Particulars, one a line.
     """

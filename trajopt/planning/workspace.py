@@ -57,11 +57,7 @@ def _verdict(found: Judged) -> tuple[Status, str]:
 
 @dataclass(eq=False)
 class PlanningWorkspace(Printed):
-    """One per thread; serves any number of attempts at the same problem.
-
-    Attributes:
-        tracker: Counts work and time, and stops planning.
-    """
+    """One per thread; serves any number of attempts at the same problem."""
 
     problem: Problem
     tracker: BudgetTracker
@@ -235,7 +231,6 @@ class PlanningWorkspace(Printed):
             certainty: Proven by default if the motion is verified.
             path: The path, if there is no motion.
             motion: The motion; its path and remarks are the result's.
-            stopped: Reason for ending planning early.
         """
         proven = judged is not None and judged.verified
         return Result(

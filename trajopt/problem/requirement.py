@@ -100,7 +100,6 @@ class Relaxation:
 
     Attributes:
         what: Name of the number in reports.
-        unit: Unit in reports.
         apply: Returns the requirement relaxed by an amount.
         shrinks: Whether the number shrinks.
     """

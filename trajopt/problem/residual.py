@@ -64,7 +64,6 @@ class Cost:
 
     Attributes:
         weight: Weight of every row, from 0 to 1e12.
-        loss: Loss function; squared by default.
         window: Part of the motion that counts.
     """
 

@@ -290,8 +290,6 @@ def start_rates(
 
     Args:
         stated: Joint -> velocity [rad/s | m/s] or acceleration [rad/s^2 | m/s^2].
-        kind: Velocity or acceleration.
-        limits: Limits of the group's n joints.
     """
     names, rates = limits.joint_names, np.zeros(len(limits.joint_names))
     most = limits.velocity if kind is LimitKind.VELOCITY else limits.acceleration

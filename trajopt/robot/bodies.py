@@ -260,7 +260,6 @@ class CollisionBody(Value):
         placement: Of the shape in that frame.
         centre: Point about which it is scaled, in its own frame, shape (3,) [m]; of a mesh the mean of its
             vertices.
-        scale: Factor on its size.
     """
 
     name: str

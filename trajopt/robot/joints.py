@@ -57,7 +57,6 @@ class Anchor:
 
 
 WORLD_ANCHOR = Anchor(0, IDENTITY)
-"""The world itself."""
 
 
 @dataclass(frozen=True, eq=False)

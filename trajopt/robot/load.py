@@ -156,12 +156,7 @@ _CONFIG_FOLDERS = ("config", "srdf", "")
 
 @dataclass(frozen=True)
 class ConfigFolder:
-    """The files of a robot.
-
-    Attributes:
-        srdf: MoveIt's semantic description, or None.
-        limits: `joint_limits.yaml`, or None.
-    """
+    """The files of a robot."""
 
     urdf: Path
     srdf: Path | None

@@ -136,7 +136,6 @@ class Robot(Value):
         passive_joints: Joints without a drive.
         disabled_pairs: Link pairs never checked for collision.
         frames: Tool frames by name, beyond the links.
-        visuals: Visual elements of all links, for viewers.
         mesh_notes: A note on the cover of each link's mesh (hull, convex pieces, exact mesh).
         notes: Sentences on skipped or reinterpreted parts of the files.
         left_out: The reason for each skipped group or named state, by its name.
@@ -190,7 +189,6 @@ class Robot(Value):
             xacro: Arguments of a xacro file by name.
             frames: Further frames fixed to links, such as tool centre points, each a link and a
                 placement in it.
-            name: A name instead of the URDF's.
             meshes: How collision meshes become convex; the default policy if None.
             base: A moving base, made by `trajopt.bases`; a fixed base if None.
 
@@ -226,7 +224,6 @@ class Robot(Value):
             model: Revolute, continuous and prismatic joints on a fixed base.
             groups: Name -> joint names, or a pair (base link, tip link), beyond those of the SRDF; without
                 either every joint is in a group named "all".
-            name: A name instead of the model's.
 
         Raises:
             UnsupportedJoint: If a joint is a free-flyer or has more than one degree of freedom.

@@ -94,7 +94,6 @@ class FollowJointTrajectoryExecutor:
 
         Args:
             tolerance: Largest tracking error of each joint, one number for all or shape (n,) [rad | m].
-                `conformance` reports a tolerance that is too small.
             joint_states: Name of the topic of `sensor_msgs/JointState`; messages of other joints are ignored.
             generation: ROS 2 with actions, or ROS 1 with the topics of actionlib.
             period: Control period of the controller [s].

@@ -281,7 +281,6 @@ def whole_robot(scene: Scene, joints: tuple[str, ...], start: Floats) -> Reduced
 
 
 def timed_model(reduced: ReducedModel) -> TimedModel | None:
-    """Return the timed model of a reduced one; None if its scene is static."""
     scene = reduced.scene
     if not scene.changing:
         return None

@@ -358,8 +358,8 @@ class Scene(Value):
     def with_tool(self, name: str, on: str, placement: PlacementLike | None = None) -> Scene:
         """Add a tool frame: `scene.with_tool("tcp", on="tool0", placement=(...))`.
 
-        Any argument that takes a frame accepts its name. It has no shape; the shape of the tool is an object
-        on the same link (`add`, `attach`), and `on` may be that object. `move` and `remove` accept its name.
+        It has no shape; the shape of the tool is an object on the same link (`add`, `attach`), and `on` may
+        be that object. `move` and `remove` accept its name.
 
         Args:
             on: A link, a tool frame or an object.

@@ -27,7 +27,6 @@ class ServerError(TrajoptError):
     """A request to a server failed.
 
     Attributes:
-        reason: In a sentence.
         retry_after: Delay before another try, as given by a full server [s]; None otherwise.
     """
 

@@ -130,7 +130,6 @@ class Worker:
         os._exit(0)  # in the midst of a request nobody waits for
 
     def _hear(self, message: messages.ToWorker) -> None:
-        """Receive a message; its request may be over."""
         match message:
             case messages.Request():
                 watch = self._watch(message)

@@ -17,7 +17,6 @@ from trajopt.values.errors import FileFormatError, MissingExtra
 Image = NDArray[np.uint8]
 """A picture, shape (height, width, 3), first row on top."""
 SUFFIXES = (".png", ".gif", ".mp4")
-"""Suffixes of files that can be written."""
 ENCODER = "av"
 """Package that encodes films: PyAV, of the extra `film`."""
 DITHER = Pillow.Dither.NONE

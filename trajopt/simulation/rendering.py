@@ -41,7 +41,6 @@ Subject = (
     | ReducedModel
     | HasReduced[ReducedModel]
 )
-"""Anything that can be drawn."""
 
 
 class Layout(Enum):
@@ -76,7 +75,6 @@ def render(
         width: Of one picture, as `height` [pixels].
         fps: Pictures per second of GIF and MP4.
         moments: Times to show in a PNG [s]; if None, four at equal shares of the path in joint space.
-        layout: Layout of several times in a PNG.
         camera: If None, one that shows the whole motion.
         highlight: Links and objects with a special colour.
         progress: Called with the share that is done, up to 1.

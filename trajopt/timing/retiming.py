@@ -117,7 +117,6 @@ class ToolLimits(Value):
 
 
 DEFAULT_OPTIONS = RetimeOptions()
-"""Default options of `retime`."""
 KINDS = ("velocity", "tool speed", "acceleration", "torque", "jerk")
 """Kinds of limits, in the order of the core's `Kind`."""
 
@@ -146,7 +145,6 @@ def retime(
             within the tolerance.
         inverse_dynamics: Joint torques at positions, velocities and accelerations; without it effort limits
             are ignored. An infinite effort limit does not count.
-        tools: Limited tool speeds.
         deviation: Bound on the travel of any body point between a position on the smooth path and one on the
             polyline [m]; default: the largest joint difference [rad | m].
         options: Tolerance of the smooth path, number of points and passes.

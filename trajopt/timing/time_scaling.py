@@ -8,7 +8,7 @@ With the rate r = dc/dt, primes for derivatives by c and dots for derivatives by
 
 and torques likewise: A r. + B r^2 + C, with the gravity torques C (Hollerbach, "Dynamic scaling of
 manipulator trajectories", Journal of Dynamic Systems, Measurement, and Control 106, 1984; Bobrow, Dubowsky
-and Gibson, 1985). Stops along the path, slower execution and waits are such scalings.
+and Gibson, 1985).
 """
 
 from dataclasses import dataclass

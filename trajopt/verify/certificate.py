@@ -53,9 +53,7 @@ class Check:
         unit: Of both.
         time: Time of the tightest value [s]; None if it has none.
         slack: Distance from the value to the bound, negative in violation.
-        detail: A sentence.
         required: Whether the verdict depends on it; False for information only.
-        kind: Subject of the check.
     """
 
     name: str

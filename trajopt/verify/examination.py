@@ -58,7 +58,6 @@ class OutOfLimit:
     """A joint beyond one of its position limits [rad | m].
 
     Attributes:
-        excess: Distance beyond the limit.
         unit: "rad" or "m".
         follows: Source joint of a mimic joint; otherwise empty.
     """

@@ -81,7 +81,6 @@ class Verdict:
     Attributes:
         verified: Whether every required check of a certificate would hold.
         contact: The contact that ended the search for a proof; None if none did.
-        counts: Work of the judge.
     """
 
     verified: bool

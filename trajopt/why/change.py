@@ -272,7 +272,6 @@ BISECTIONS = 3
 """Steps between an insufficient and a sufficient amount, at most twice as large."""
 
 Plan = Callable[[Problem], Result]
-"""Plans a problem."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -280,7 +279,6 @@ class Remedy:
     """A change that makes a problem solvable, while half of it does not: both were planned.
 
     Attributes:
-        result: The verified plan of it.
         half: The failure with half of the change.
     """
 

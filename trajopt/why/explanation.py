@@ -43,9 +43,7 @@ class Explanation(OutcomeSummary):
             can be met. Empty if no such set was found.
         configuration: The configuration that shows the cause, shape (n,) [rad | m]: the start or goal that is
             not free, the one nearest to the goal, or the worst contact on the path.
-        nearest_free: The nearest free configuration, if relevant.
         path: The best path, if planning got that far.
-        attempts: Outcome and obstacle of each seed.
         remedies: Changes that make it solvable; None if not searched.
         prices: Costs of active constraints; in seconds only if planned again.
     """

@@ -38,7 +38,6 @@ class ConfigurationProblem:
     """The requirements on one configuration; see the module.
 
     Attributes:
-        hard: Requirements that must hold.
         soft: Requirements that may be violated at a cost.
         clear: Whether the margins of all pairs must hold.
         near: Preferred configuration, shape (n,) [rad | m].
@@ -55,7 +54,6 @@ class ConfigurationProblem:
     effort: Floats | None = None
 
     def solve(self, begin: Floats, query: Evaluator) -> "ConfigurationSolution":
-        """Return the local solution from a start of shape (n,)."""
         nlp = _OneKnotNlp(self, query)
         solved = SOLVER.solve(nlp, begin[None])
         soft = sum(block.cost / ELASTIC for block in solved.at.costs if block.loss is Loss.HINGE)
@@ -68,7 +66,6 @@ class ConfigurationSolution:
 
     Attributes:
         positions: Shape (n,) [rad | m].
-        holds: Whether all hard requirements hold.
         given: Total violation of the soft requirements [m and rad].
     """
 
@@ -79,8 +76,6 @@ class ConfigurationSolution:
 
 
 class _OneKnotNlp:
-    """The program: an `Nlp` of one knot."""
-
     def __init__(self, asked: ConfigurationProblem, query: Evaluator) -> None:
         reduced, limits = asked.reduced, asked.reduced.limits
         self._asked, self._query = asked, query
@@ -217,8 +212,6 @@ def least_missed(
     """Find a goal configuration with the smallest violation of some requirements.
 
     Args:
-        soft: Requirements that may be violated.
-        hard: Requirements that must hold.
         clear: Whether it must be clear of everything, and let the joints hold still.
 
     Returns:
@@ -268,8 +261,6 @@ def _best(
 
 @dataclass(frozen=True, eq=False)
 class _Obstacle:
-    """An object or link of the scene as an obstacle."""
-
     name: str
 
     def __str__(self) -> str:

@@ -294,7 +294,6 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
 
 
 def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
-    """Return the bundle stored in members; see `read_bundle`."""
     about, holds = _about(archive)
     if holds is Holds.MOTIONS:
         raise about["holds"].error(f"is {holds.value}: read it with read_result")

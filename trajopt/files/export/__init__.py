@@ -101,7 +101,6 @@ def _whole(motion: Motions) -> tuple[reduced.ReducedModel, Trajectory]:
 
 
 def _sections(motion: Motions) -> list[ProgramSection]:
-    """Return the motions of a result, with the objects gripped and released between them."""
     found: Any = motion
     if not isinstance(getattr(found, "segments", None), tuple):
         model, trajectory = _whole(motion)

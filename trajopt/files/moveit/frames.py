@@ -22,7 +22,6 @@ class Reading:
     Attributes:
         world_names: Frame ids of the world.
         positions: Of all joints; frames of the robot are taken at this configuration.
-        notes: Sentences on deviations from the file.
     """
 
     world_names: frozenset[str]

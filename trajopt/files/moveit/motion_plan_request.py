@@ -41,7 +41,6 @@ class RequestFile(Value):
         scene: Including objects attached in the start state.
         start: Positions of all joints, shape (number of joints,) [rad | m].
         alternatives: Alternative goals by name, if the file has several; any one suffices.
-        constraints: Requirements along the whole path.
         acceleration_scaling: Factor in (0, 1], as `velocity_scaling`.
         allowed_planning_time: Planning time [s]; None if not given.
         notes: Sentences on omissions and deviations from the file.

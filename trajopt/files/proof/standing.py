@@ -95,7 +95,6 @@ class StandingMotion:
         return SweptParts(json.loads(stated), times.tolist(), frames)
 
     def _moved(self, scene: Scene) -> Mapping[str, Placement] | None:
-        """Return the placements of objects that have moved; None if there are other changes."""
         before = self.problem.scene
         if _of_scene(before) != _of_scene(scene) or before.objects.keys() != scene.objects.keys():
             return None

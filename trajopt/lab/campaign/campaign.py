@@ -66,7 +66,6 @@ class Options:
 
 
 DEFAULT_OPTIONS = (Options(),)
-"""The defaults of `plan(problem)`."""
 LONGEST = 300.0
 """Wall-clock time after which a problem counts as hanging [s]."""
 SYSTEM = frozenset({"python", "machine"})
@@ -99,7 +98,6 @@ class Campaign:
     """A table of problems, each planned with all options.
 
     Attributes:
-        options: Methods, options and budgets of each problem.
         seeds: Seeds of planning for each problem; 0 is the default of `plan`.
         most_seconds: Wall-clock time after which a problem counts as hanging, and is ended [s].
     """

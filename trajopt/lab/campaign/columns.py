@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 Row = Mapping[str, Any]
-"""One result, by column."""
 TIMES = ("cpu_seconds", "wall_seconds", "process")
 """Columns that differ from run to run; all others are reproducible."""
 REPEATED = (

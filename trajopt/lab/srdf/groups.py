@@ -374,7 +374,6 @@ def chain_name(joints: Sequence[str]) -> str:
 
 
 def gripper_name(palm: str, carrier: str, *, alone: bool) -> str:
-    """Return the name of a gripper; `palm` is the link that carries the fingers."""
     kind = HAND if HAND in words(palm) else GRIPPER
     side = "" if alone else carrier.removesuffix(ARM).strip("_")
     return f"{side}_{kind}" if side else kind

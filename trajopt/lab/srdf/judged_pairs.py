@@ -91,7 +91,6 @@ class PairEvidence(Value):
     """Evidence about two links.
 
     Attributes:
-        collisions: Sampled configurations in collision.
         samples: Sampled configurations; 0 for links that cannot move relative to each other.
         lower: Lower bound on the share of configurations in collision.
         upper: Upper bound on that share.

@@ -23,7 +23,6 @@ class IterationRecord:
 
     Attributes:
         cpu_seconds: CPU time since planning began [s].
-        attempt: Number of the seed, from 1.
         cost: Sum of the costs at the current point.
         violation: L1 norm of the violations there.
     """
@@ -40,7 +39,6 @@ class RunOutcome:
 
     Attributes:
         draw: 0, or the number of a random instance.
-        won_by: Kind of the successful seed, or None.
         setup_seconds: CPU time of making the problem, including its files [s].
         cpu_seconds: CPU time of planning, including the judge [s].
         stages: CPU time by stage [s].

@@ -152,7 +152,6 @@ def compare(
 
     Args:
         problems: By name; or a sequence of problems or names of installed ones.
-        methods: Methods, or names of installed ones.
         attempts: Most seeds; all methods get the same ones in the same order.
         cpu_seconds: CPU time after which no further seed is tried [s].
 

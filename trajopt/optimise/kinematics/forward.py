@@ -83,7 +83,6 @@ def frame_jacobian(
     the reference and along its axes; columns are the group's joints at unit speed.
 
     Args:
-        frame: Link, tool frame or object.
         positions: Shape (n,) or (S, n) [rad | m].
         reference: "world", link, tool frame or object that the motion is seen from.
         offset: The point, in the frame, shape (3,) [m].

@@ -91,7 +91,6 @@ HOLDABLE = 1.0 - 2e-6
 """Largest share of an effort limit for holding still: the rest moves the joint."""
 
 LEVENBERG_MARQUARDT = LevenbergMarquardt()
-"""The default method."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -82,7 +82,6 @@ class DescentLimits:
 
         Args:
             violations: After each step on the same samples.
-            left: Steps that are left.
         """
         if self.window is None or len(violations) <= self.window or violations[-1] <= tolerance:
             return False
@@ -112,12 +111,10 @@ class Descent(ABC):
 
     @property
     def violations(self) -> list[float]:
-        """After each step on the present samples."""
         return [step.violation for step in self.log[self.before :]]
 
     @property
     def left(self) -> int:
-        """Steps that are left."""
         return self.limits.steps - len(self.log)
 
     @property

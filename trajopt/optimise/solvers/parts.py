@@ -18,7 +18,6 @@ KINDS = {
 """The losses, as the core names them."""
 
 Block = CostRows | ConstraintRows
-"""Rows of a cost or of a constraint."""
 
 
 def role_of(block: Block) -> descent.Role:

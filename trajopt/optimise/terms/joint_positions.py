@@ -258,7 +258,6 @@ def rest_posture(
     Args:
         positions: Joint of the group -> position [rad | m]; at least one.
         weight: Of a squared radian or metre; the default is small compared with the default costs.
-        loss: Squared by default.
         window: Part of the motion in which it counts.
 
     Raises:

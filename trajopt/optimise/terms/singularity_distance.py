@@ -141,7 +141,6 @@ def manipulability(
         reference: Manipulability at which half of the cost is left, > 0.
         weight: Of the cost at a singularity.
         length: Length that a radian of rotation counts as [m]; 0 counts the origin's motion only.
-        loss: Squared by default.
     """
     return Cost(LostManipulability(frame, reference, length), weight, loss, window)
 

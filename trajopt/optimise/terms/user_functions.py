@@ -63,7 +63,7 @@ def _by_expression(reduced: ReducedModel) -> WeakKeyDictionary[Expression, "_Com
 
 
 class _Compiled:
-    """An expression and its Jacobian as a CasADi function, mapped over any number of samples."""
+    """An expression and its Jacobian as a CasADi function over samples."""
 
     def __init__(self, name: str, q: "ca.SX", value: "ca.SX") -> None:
         import casadi as ca

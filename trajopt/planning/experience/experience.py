@@ -131,8 +131,7 @@ class Memory(Value):
         goal: The numbers of the goal: positions, placements, tolerances, shape (g,).
         scene: As `scene_signature` returns it, shape (objects, 6) [m].
         knots: The path, shape (k, n) [rad | m].
-        wins: Number of motions found from it.
-        failures: Number of failures since its last win.
+        failures: Failures since its last win.
     """
 
     number: int
@@ -165,8 +164,6 @@ class Storage(Protocol):
 
         Args:
             new: One to add; it gets the next number.
-            changed: Memories that have other counts.
-            gone: The numbers of the memories to remove.
 
         Returns:
             The version afterwards, and the new memory with its number.

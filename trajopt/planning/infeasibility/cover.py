@@ -154,7 +154,6 @@ class ClosedCut:
     Attributes:
         position: The value [rad | m].
         pairs: Links and objects that close the cut, most frequent first.
-        boxes: Boxes of configurations that were examined.
     """
 
     joint: str
@@ -169,8 +168,7 @@ def closed_cut(
     """Return the first proven cut between the start and a goal of joints; None proves nothing.
 
     Args:
-        apart: Distance that pairs would have to keep on the cut, shape (p,) [m], -inf for pairs without
-            one; the required clearance when None.
+        apart: Distance of pairs, shape (p,) [m], as for `ConfigurationCover`.
     """
     if endless(problem.reduced).any():
         return None

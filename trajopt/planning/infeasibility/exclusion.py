@@ -203,7 +203,6 @@ def conflicting(
 
     Args:
         query: Of the robot and its limits; collisions are not considered.
-        rng: Draws the starts of the search.
     """
     reduced, begin = query.reduced, random_starts(query.reduced, rng, STARTS)
     kept = list(requirements)

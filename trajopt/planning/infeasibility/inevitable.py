@@ -113,11 +113,7 @@ class Occupied:
 
 @dataclass(eq=False)
 class InTime:
-    """Looks for reasons why a problem has no motion in time; one for each thread.
-
-    Attributes:
-        timed: Its model among changing objects.
-    """
+    """Looks for reasons why a problem has no motion in time; one for each thread."""
 
     problem: Problem
     timed: TimedModel

@@ -125,7 +125,6 @@ def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Obstructio
 
 
 def worst_on_the_way(problem: Problem, solved: SolveResult) -> Obstruction | None:
-    """Return the first of `blocks_on_the_way`, if any."""
     return next((_obstruction(problem, block, row) for block, row in _violated(problem, solved)), None)
 
 

@@ -86,7 +86,6 @@ class _BlockingObstacles:
     _counted: WorkCounts = field(default_factory=WorkCounts)
 
     def refusal(self, *, proven: bool) -> Result | None:
-        """Return a refusal, either proven or with strong evidence, or None."""
         with self.tracker.stage("proof"):
             sweep, occupied = self._in_time.inevitable(proven=proven), None
             met = self._fixed_links.met(None if proven else self.static.duration) if sweep is None else None

@@ -59,7 +59,6 @@ class DynamicSearch:
 
     Attributes:
         search: The call of planning; its problem may have a goal set.
-        static: The verified motion without dynamic obstacles.
         work: Of the problem with the goal of that motion.
     """
 

@@ -50,7 +50,6 @@ def forbidden_times(plan: Plan | Result, *, until: float | None = None) -> PathT
     prediction error: this shows why a motion waits. Proofs are in its certificate.
 
     Args:
-        plan: The plan, or a result with one.
         until: End of the plane [s]; when None, one and a half times the end of the motion.
 
     Raises:
@@ -152,8 +151,6 @@ def _reached(before: Bools, free: Bools) -> Bools:
 
 
 class _Plane:
-    """The plane of a path and time, in which blocks of cells are sampled."""
-
     def __init__(
         self, checks: SampledChecks, along: Along, edges: Floats, times: Floats, hurried: bool
     ) -> None:

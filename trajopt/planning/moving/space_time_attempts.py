@@ -59,7 +59,6 @@ LEFT = 1e-3
 SOON = 0.1
 """A shorter pause at the start is not reported [s]."""
 SAMPLES = 200
-"""Samples of a seed."""
 STEPS = 10
 """Steps of a seed's beginning in each duration of the motion."""
 HORIZONS = (1.5, 3.0, 6.0)
@@ -67,16 +66,11 @@ HORIZONS = (1.5, 3.0, 6.0)
 CHECKED = 20_000
 """Configurations checked for each of these paths, as many as in a static scene."""
 BECAUSE = "things move, appear or expire, and no timing of the path without them is better"
-"""The reason for the method."""
 
 
 @dataclass(eq=False)
 class SpaceTimeAttempts:
-    """Attempts at one problem, each from a seed in time.
-
-    Attributes:
-        static: The verified motion without dynamic obstacles.
-    """
+    """Attempts at one problem, each from a seed in time."""
 
     program: SpaceTimeProgram
     work: PlanningWorkspace
@@ -134,7 +128,6 @@ class SpaceTimeAttempts:
         return enough if clear <= enough else min(clear / PRECISION, max(until, clear))
 
     def _attempt(self, seed: Trajectory | None, *, too_short: float = 0.0) -> None:
-        """Optimise a seed if its motion may become the shortest."""
         longest = PRECISION * self.best.duration
         if seed is None or longest <= self.enough or PRECISION * seed.duration > self.best.duration:
             return

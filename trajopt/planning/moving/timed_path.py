@@ -213,7 +213,6 @@ class _Delay:
 
     Attributes:
         cell: At whose start it rests, or is slowest first.
-        rests: Ticks at rest.
         ends: The tick at which it ends.
     """
 

@@ -226,7 +226,7 @@ class _TouchingPoint:
         return found[np.argsort(-(found @ self.push), kind="stable")]
 
     def _place(self, positions: Floats) -> tuple[Floats, Floats]:
-        """Return the position of the point (3,) and its Jacobian by the group's positions (3, n)."""
+        """Position (3,) and Jacobian (3, n) of the point."""
         at = self.query.kinematics(positions[None, :])
         place = at.rotation[0, self.joint] @ self.local + at.translation[0, self.joint]
         joints = np.array([self.joint])

@@ -118,11 +118,7 @@ class SeedSource(Protocol):
     def seeds(
         self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
     ) -> Iterator[MakeSeed]:
-        """Yield seeds, each a function of its own: one that is not called costs nothing.
-
-        Args:
-            context: Their start, line and goals.
-        """
+        """Yield seeds, each a function of its own: one that is not called costs nothing."""
         ...
 
 

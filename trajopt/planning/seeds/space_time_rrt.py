@@ -30,7 +30,6 @@ INTERVAL = 0.02
 ROOTS = 8
 """Goal times in the second tree at first, and branches between two further ones."""
 SHORTCUTS = 40
-"""Shortcuts tried."""
 
 
 class Exhausted(Exception):
@@ -235,7 +234,7 @@ def _sample(stage: SpaceTimeProblem, rng: np.random.Generator) -> Floats | None:
 
 
 def _met(tree: _Tree, state: Floats) -> int:
-    """Grow a tree towards a state as far as it goes; return the state if it is reached, else -1."""
+    """Grow a tree towards a state; return the state if it is reached, else -1."""
     near = tree.nearest(state)
     while near >= 0:
         near = tree.extended(near, state)

@@ -239,7 +239,6 @@ def axis_alignment(
         direction: Direction in `reference`, shape (3,), any length but zero.
         tolerance: Largest angle between the two, in (0, pi) [rad].
         reference: "world", or the frame in which the direction is given.
-        degrees: Whether the tolerance is in degrees.
 
     Raises:
         ShapeError: If a vector has no length or the tolerance is outside (0, pi).
@@ -320,7 +319,6 @@ def gaze(
         nearest: Smallest distance of the target [m]; 0 for none.
         farthest: Largest distance of the target [m]; inf for none.
         reference: "world", or the frame that carries the target; it may move.
-        degrees: Whether the angle is in degrees.
 
     Raises:
         ShapeError: If a number is not usable, or the angle is outside (0, pi).

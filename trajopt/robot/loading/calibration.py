@@ -64,10 +64,8 @@ class Arm:
     """An arm in its model at zero positions; placements are in the world.
 
     Attributes:
-        joints: Names of the six joints.
         base: Base frame of the controller.
-        nominal: Parameters of the model.
-        frames: Frames of the joints by these parameters.
+        frames: Frames of the joints by the nominal parameters.
     """
 
     def __init__(self, model: pin.Model, prefix: str) -> None:

@@ -21,7 +21,6 @@ class Semantics:
 
     Attributes:
         states: Joint positions [rad | m] by (group, state) and joint.
-        disabled_pairs: Link pairs never checked for collision.
         left_out: The reason for each skipped group or named state, by its name.
     """
 

@@ -61,9 +61,6 @@ class Srdf:
         groups: Group elements by name, in the file's order.
         states: Joint positions [rad | m] by (group, state) and joint, of joints with one number.
         several: Likewise for joints with several numbers: planar and floating ones.
-        virtual_joints: Joints between the world and the robot.
-        disabled_pairs: Link pairs never checked for collision.
-        passive_joints: Joints without a motor.
         left_out: The reason for each skipped named state, by its name.
     """
 

@@ -41,7 +41,6 @@ class LinkGeometry:
 
     Attributes:
         placement: Of the geometry in the link's frame.
-        geometry: A primitive shape or the mesh file.
         colour: Red, green, blue, alpha in [0, 1]; None if the file has none.
     """
 

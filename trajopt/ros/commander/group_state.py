@@ -62,7 +62,6 @@ class PoseTarget:
     """Target pose of a link.
 
     Attributes:
-        placement: Placement of the link in `frame`.
         frame: The frame; a moving frame is taken at its start placement.
     """
 

@@ -478,7 +478,6 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         Args:
             ref_state_in: A RobotState, for the joints outside the group.
             velocity_scaling_factor: Factor in (0, 1] on the velocity limits.
-            acceleration_scaling_factor: Likewise.
             algorithm: One of MoveIt's names; all select the same algorithm, which also limits jerk and
                 torque.
         """

@@ -72,4 +72,3 @@ def get_logger(name: str) -> Logger:
 
 
 logging = SimpleNamespace(get_logger=get_logger)
-"""`rclpy.logging`."""

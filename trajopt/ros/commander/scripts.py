@@ -215,7 +215,6 @@ def stand_ins() -> dict[str, ModuleType]:
 
 
 def _six() -> dict[str, ModuleType]:
-    """Return the names of `six` that scripts from Python 2 use."""
     six, moves = ModuleType("six"), ModuleType("six.moves")
     vars(six).update(
         PY2=False, PY3=True, string_types=(str,), integer_types=(int,), text_type=str, moves=moves

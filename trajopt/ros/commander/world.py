@@ -321,12 +321,6 @@ def _here(
 def _served(
     url: str, token: str, robot: str | Robot, scene: Scene | None, executor: Executor | None
 ) -> Backend:
-    """Return a backend that uses a server.
-
-    Raises:
-        ModelError: If an argument is given that the server defines.
-        MissingExtra: If the client's packages are not installed.
-    """
     if not isinstance(robot, str) or scene is not None or executor is not None:
         raise ModelError("a server has its own robot: with url= give its name, no scene and no executor")
     try:

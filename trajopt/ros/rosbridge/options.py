@@ -38,7 +38,6 @@ class RosbridgeOptions(Value):
         token: If not empty, required in the address: `ws://HOST:PORT/?token=TOKEN`.
         names: Further host names by which clients may call the server.
         clouds: Topics of `sensor_msgs/PointCloud2` that become obstacles.
-        connections: Most connections at a time.
         calls: Most requests of one connection in progress at a time.
     """
 

@@ -176,7 +176,6 @@ def _prove(
     """Prove that three sizes stay below their tolerances, at the end or at all times.
 
     Args:
-        moving: Frame relative to the reference.
         tolerance: Of the three sizes, shape (3,).
         sizes: At rotations (c, 3, 3) and points (c, 3), shape (c, 3).
         changes: Bounds on the change from the middle and on the bulge over the chord between the ends, each

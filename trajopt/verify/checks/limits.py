@@ -70,12 +70,7 @@ QUANTITIES = ("joint position", "velocity", "acceleration", "jerk")
 
 @dataclass(frozen=True, eq=False)
 class _Tightest:
-    """For each joint the value nearest to its limit, or farthest beyond it, shape (n,) each.
-
-    Attributes:
-        bounds: Nearest limit.
-        accepted: Accepted numerical excess.
-    """
+    """For each joint the value nearest to its limit, or farthest beyond it, shape (n,) each."""
 
     values: Floats
     times: Floats

@@ -76,7 +76,6 @@ class JudgedMotion:
     """A trajectory of a reduced model, for checks.
 
     Attributes:
-        position: Positions of the group's joints.
         staying: Duration of the rest after the trajectory that still counts as motion [s].
         rests_after: Whether rest follows; otherwise another motion follows.
         clock: Scene clock at its start [s].

@@ -33,7 +33,6 @@ class SegmentEnds:
     Attributes:
         segment: Of each sample, shape (S,).
         fraction: In it, shape (S,).
-        segments: Number of segments, N - 1.
     """
 
     segment: Ints

@@ -113,7 +113,6 @@ class PlanningComponent(InPart):
         return self._group.get_named_target_values(name)
 
     def set_start_state_to_current_state(self) -> bool:
-        """Plan from the current state of the robot."""
         self._start = None
         self._group.set_start_state_to_current_state()
         return True
@@ -129,7 +128,6 @@ class PlanningComponent(InPart):
         return True
 
     def get_start_state(self) -> RobotState:
-        """Return the start state."""
         return self._moveit.current_state() if self._start is None else self._start.__copy__()
 
     def set_goal_state(

@@ -102,7 +102,6 @@ def search_param(param_name: str) -> str | None:
 
 
 def get_param(param_name: str, *default: object) -> object:
-    """Return the value of a parameter, or the default if it is not set."""
     node = world_or_current(None).node
     return default[0] if default and not node.has(param_name) else node.parameter(param_name)
 

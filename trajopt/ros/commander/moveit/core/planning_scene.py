@@ -78,7 +78,6 @@ class PlanningScene(InPart):
 
         Args:
             joint_model_group_name: The group whose links are checked; all groups if empty.
-            verbose: Whether to log the colliding pairs.
         """
         found = self._judged(robot_state, joint_model_group_name)
         pairs = {(pair.first, pair.second) for each in found for pair in each.examination.collisions}

@@ -174,7 +174,6 @@ class RobotState(InPart):
 
 
 def robotStateToRobotStateMsg(state: RobotState, copy_attached_bodies: bool = True) -> RobotStateMessage:
-    """Return a state as a message."""
     return state.message()
 
 

@@ -77,7 +77,6 @@ class PropertyMap(dict[str, Any]):
         return made
 
     def exposeTo(self, other: "PropertyMap", name: str | Iterable[str], other_name: str = "") -> None:
-        """Copy properties to another map."""
         for each in (name,) if isinstance(name, str) else name:
             other[other_name or each] = self[each]
 
@@ -92,8 +91,6 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> str:
 
 
 class _WithProperties:
-    """A planner or a stage, with its properties as attributes."""
-
     declared: ClassVar[Mapping[str, Any]] = {}
 
     def __init__(self) -> None:
@@ -172,9 +169,7 @@ class Cell:
     Attributes:
         positions: Of all joints before the task [rad | m].
         speeds: Smallest factors on velocity and acceleration.
-        groups: Groups that move.
         merged: Groups that move together.
-        grippers: Object -> its gripper.
         on_the_way: Path constraints of the last Connect.
     """
 
@@ -269,7 +264,6 @@ class SerialContainer(Stage):
         self._children += stages
 
     def insert(self, stage: Stage, before: int = -1) -> None:
-        """Insert a stage before an index, or append it."""
         self._children.insert(len(self._children) if before == -1 else before, stage)
 
     def clear(self) -> None:

@@ -54,7 +54,6 @@ class FromState(Value):
 
 
 def _required_of(constraints: Any, scene: Scene, at: Floats) -> tuple[tuple[Requirement, ...], Scene]:
-    """Return the requirements of a message, and the scene with their frames."""
     if constraints is None:
         return (), scene
     return read_constraints(document_of(constraints, "path_constraints"), scene, reading_at(scene, at))
@@ -117,7 +116,6 @@ class ModifyPlanningScene(Stage):
                 self._edit(lambda scene, _, a=one, b=other: scene.allow(a, b, allowed=enable_collision))
 
     def attachObjects(self, names: Any, attach_link: str, attach: bool = True) -> None:
-        """Attach objects to a link, or detach them."""
         for name in _several(names):
             change = (
                 ours.AttachObject(name, attach_link, (attach_link,)) if attach else ours.DetachObject(name)
@@ -399,8 +397,6 @@ class SimpleUnGrasp(SimpleGrasp):
 
 
 class _Handling(Stage):
-    """Picking or placing of an object."""
-
     declared: ClassVar[Mapping[str, Any]] = dict.fromkeys(
         ("object", "eef", "eef_frame", "eef_group", "eef_parent_group"), ""
     )
@@ -423,7 +419,6 @@ class _Handling(Stage):
         return gripper
 
     def _opening(self, posture: str, gripper: Gripper, robot: Robot) -> float | None:
-        """Return the opening in a named state [m]."""
         state = self._stated(posture)
         if state is None:
             return None
