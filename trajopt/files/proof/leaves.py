@@ -7,7 +7,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.files.proof.pairs import ConvexPart, Pairs
+from trajopt.files.proof.pairs import BodyPart, Pairs
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.errors import ProblemError
 from trajopt.values.shapes.shapes import Mesh
@@ -273,7 +273,7 @@ class LeafSearch:
         return found if distance > 0.0 and np.isfinite(found).all() and found.any() else None
 
 
-def _coal_shape(part: ConvexPart) -> coal.CollisionGeometry:
+def _coal_shape(part: BodyPart) -> coal.CollisionGeometry:
     shape = part.body.shape
     if len(part.inside):
         x, y, z = np.ptp(part.vertices, axis=0).tolist()

@@ -37,7 +37,7 @@ HALVINGS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class ConvexPart:
+class BodyPart:
     """A convex part: all points within a distance of the hull of some points and two discs, or a half-space.
 
     Attributes:
@@ -76,7 +76,7 @@ class ConvexPart:
         return len(self.inside) > 1 and bool(np.ptp(self.inside, axis=0).any())
 
     @property
-    def halves(self) -> list["ConvexPart"]:
+    def halves(self) -> list["BodyPart"]:
         """Parts around both halves of the points of a cloud; itself if these cannot be cut."""
         if not self.divisible:
             return [self]
@@ -116,16 +116,16 @@ def placed(joint: int, where: Placement) -> Document:
     return {"joint": joint, "rotation": [w, x, y, z], "translation": where.translation.tolist()}
 
 
-def convex_part(body: FixedBody) -> ConvexPart | None:
+def convex_part(body: FixedBody) -> BodyPart | None:
     found = _outline(body.shape)
-    return None if found is None else ConvexPart(body, *found)
+    return None if found is None else BodyPart(body, *found)
 
 
 def cloud_centres(body: FixedBody) -> Floats:
     return centres_of(body.shape) if isinstance(body.shape, Points | Voxels) else np.zeros((0, 3))
 
 
-def around_points(body: FixedBody, centres: Floats) -> ConvexPart:
+def around_points(body: FixedBody, centres: Floats) -> BodyPart:
     """Return a part around some balls or cubes of a cloud: all points near the box around the centres."""
     low, high = centres.min(axis=0), centres.max(axis=0)
     radius = body.shape.radius if isinstance(body.shape, Points) else 0.0
@@ -133,13 +133,13 @@ def around_points(body: FixedBody, centres: Floats) -> ConvexPart:
         half = body.shape.size / 2.0
         low, high = np.nextafter(low - half, -np.inf), np.nextafter(high + half, np.inf)
     corners = np.unique(np.where(_CORNERS, high, low), axis=0)
-    return ConvexPart(body, corners, radius, np.zeros((0, 3)), centres)
+    return BodyPart(body, corners, radius, np.zeros((0, 3)), centres)
 
 
 _CORNERS = np.array(np.meshgrid((False, True), (False, True), (False, True))).reshape(3, 8).T
 
 
-def convex_parts(reduced: ReducedModel) -> tuple[ConvexPart, ...]:
+def convex_parts(reduced: ReducedModel) -> tuple[BodyPart, ...]:
     return tuple(part for part in map(convex_part, reduced.bodies) if part is not None)
 
 
@@ -180,7 +180,7 @@ class Pairs:
         first_driven: The first joint of a track.
     """
 
-    parts: tuple[ConvexPart, ...]
+    parts: tuple[BodyPart, ...]
     pairs: Ints
     required: Floats
     excused: tuple[tuple[str, str, str], ...]
@@ -321,7 +321,7 @@ def proven_pairs(motion: JudgedMotion) -> Pairs:
     )
 
 
-def _all_parts(bodies: Sequence[FixedBody]) -> tuple[tuple[ConvexPart, ...], list[int]]:
+def _all_parts(bodies: Sequence[FixedBody]) -> tuple[tuple[BodyPart, ...], list[int]]:
     """Return parts of bodies, those around whole clouds last, and the number of each body's part."""
     found = [convex_part(body) for body in bodies]
     order = sorted(range(len(bodies)), key=lambda body: found[body] is None)
@@ -344,5 +344,5 @@ def _contacts(motion: JudgedMotion) -> dict[frozenset[str], tuple[float, float]]
     return found
 
 
-def _owners(parts: Sequence[ConvexPart], one: int, other: int) -> frozenset[str]:
+def _owners(parts: Sequence[BodyPart], one: int, other: int) -> frozenset[str]:
     return frozenset((parts[one].body.owner, parts[other].body.owner))

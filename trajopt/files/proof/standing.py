@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.files.proof.pairs import ConvexPart, convex_part, proven_pairs
+from trajopt.files.proof.pairs import BodyPart, convex_part, proven_pairs
 from trajopt.files.proof.proof import verified_motion
 from trajopt.files.proof.statement import statement
 from trajopt.native.checker import SweptParts
@@ -109,7 +109,7 @@ class StandingMotion:
         return moved
 
 
-def _is_unusual(part: ConvexPart | None) -> bool:
+def _is_unusual(part: BodyPart | None) -> bool:
     return part is None or part.is_half_space
 
 

@@ -124,7 +124,7 @@ CYCLE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Driven(Value):
+class DriveOutcome(Value):
     """Outcome of driving a robot; `reason` is empty if it was driven."""
 
     positions: Floats
@@ -140,7 +140,7 @@ def drive_along(
     look: Callable[[SimulatedExecutor, MotionDriver, float], None],
     *,
     speed: float = 1.0,
-) -> Driven:
+) -> DriveOutcome:
     """Drive the simulated robot along a trajectory; cancellation stops it by a proven stop.
 
     Args:
@@ -151,7 +151,7 @@ def drive_along(
     drive = MotionDriver(execution.reduced.scene.robot, arm, positions, arm.advance)
     refused = drive.start(execution.reduced, execution.trajectory)
     if refused:
-        return Driven(positions, refused)
+        return DriveOutcome(positions, refused)
     begun, last, start = time.monotonic(), -TELLING, arm.now()
     while drive.moving and not watch.cancel.is_set():
         now = arm.now() - start
@@ -163,4 +163,4 @@ def drive_along(
             time.sleep(max(begun + (arm.now() - start) / speed - time.monotonic(), 0.0))
     stop = drive.stop() if watch.cancel.is_set() else None
     remarks = [drive.wait(), *on_the_way(arm)]
-    return Driven(drive.positions, remark="; ".join(each for each in remarks if each), stop=stop)
+    return DriveOutcome(drive.positions, remark="; ".join(each for each in remarks if each), stop=stop)

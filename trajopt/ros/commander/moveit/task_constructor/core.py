@@ -163,7 +163,7 @@ class MultiPlanner(PlannerInterface):
 
 
 @dataclass(eq=False)
-class Cell:
+class StageContext:
     """The data shared by the stages of a task.
 
     Attributes:
@@ -221,7 +221,7 @@ class Cell:
         return min(whole, key=sizes.__getitem__)
 
 
-class Stage(_WithProperties):
+class StandInStage(_WithProperties):
     """A stage of a task."""
 
     declared: ClassVar[Mapping[str, Any]] = {"timeout": inf, "marker_ns": "", "forwarded_properties": ()}
@@ -237,10 +237,10 @@ class Stage(_WithProperties):
         self.name = name
         self._given: Any = None
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         raise self._refusal("is not planned alone: put it into Pick or Place")
 
-    def _merged(self, cell: Cell) -> ours.MoveTo:
+    def _merged(self, context: StageContext) -> ours.MoveTo:
         raise self._refusal("cannot be in a Merger: use MoveTo with joint positions")
 
     def _required(self) -> Any:
@@ -253,17 +253,21 @@ class Stage(_WithProperties):
         return NoStandIn(f"stage {shown(self.name)}: {type(self).__name__} {words}")
 
 
-class SerialContainer(Stage):
+Stage = StandInStage
+"""Its name in the Task Constructor."""
+
+
+class SerialContainer(StandInStage):
     """Stages in order."""
 
     def __init__(self, name: str = "") -> None:
         super().__init__(name or type(self).__name__)
-        self._children: list[Stage] = []
+        self._children: list[StandInStage] = []
 
-    def add(self, *stages: Stage) -> None:
+    def add(self, *stages: StandInStage) -> None:
         self._children += stages
 
-    def insert(self, stage: Stage, before: int = -1) -> None:
+    def insert(self, stage: StandInStage, before: int = -1) -> None:
         self._children.insert(len(self._children) if before == -1 else before, stage)
 
     def clear(self) -> None:
@@ -272,10 +276,10 @@ class SerialContainer(Stage):
     def __len__(self) -> int:
         return len(self._children)
 
-    def __iter__(self) -> Iterator[Stage]:
+    def __iter__(self) -> Iterator[StandInStage]:
         return iter(self._children)
 
-    def __getitem__(self, which: str | int) -> Stage:
+    def __getitem__(self, which: str | int) -> StandInStage:
         if isinstance(which, int):
             return self._children[which]
         named = {stage.name: stage for stage in self}
@@ -283,30 +287,30 @@ class SerialContainer(Stage):
             raise MoveItCommanderException(unknown(f"a stage of {shown(self.name)}", which, named))
         return named[which]
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
-        return [each for stage in self for each in stage._translated(cell)]
+    def _translated(self, context: StageContext) -> list[TaskStage]:
+        return [each for stage in self for each in stage._translated(context)]
 
 
 class Alternatives(SerialContainer):
     """The stage of least duration."""
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
-        return [ours.OneOf([stage._translated(cell) for stage in self], name=self.name)]
+    def _translated(self, context: StageContext) -> list[TaskStage]:
+        return [ours.OneOf([stage._translated(context) for stage in self], name=self.name)]
 
 
 class Fallbacks(SerialContainer):
     """The first stage that can be planned."""
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
-        return [ours.Fallback([stage._translated(cell) for stage in self], name=self.name)]
+    def _translated(self, context: StageContext) -> list[TaskStage]:
+        return [ours.Fallback([stage._translated(context) for stage in self], name=self.name)]
 
 
 class Merger(SerialContainer):
     """Moves of several groups at the same time."""
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
-        moves = [stage._merged(cell) for stage in self]
-        cell.merged += [move.group for move in moves]
+    def _translated(self, context: StageContext) -> list[TaskStage]:
+        moves = [stage._merged(context) for stage in self]
+        context.merged += [move.group for move in moves]
         return [ours.Together([[move] for move in moves], name=self.name)]
 
 
@@ -384,14 +388,14 @@ class Task(SerialContainer):
         return MoveItErrorCodes(MoveItErrorCodes.SUCCESS, result.reason, "execution")
 
     def _job(self) -> Job:
-        cell = Cell(self._world.scene, self._world.positions)
-        stages = self._translated(cell)
-        velocity, acceleration = cell.speeds
+        context = StageContext(self._world.scene, self._world.positions)
+        stages = self._translated(context)
+        velocity, acceleration = context.speeds
         return Job(
-            scene=cell.scene,
-            start=cell.positions,
+            scene=context.scene,
+            start=context.positions,
             stages=stages,
-            group=cell.group,
+            group=context.group,
             options=GraspingOptions(velocity_scaling=velocity, acceleration_scaling=acceleration),
             name=self.name,
         )

@@ -16,7 +16,12 @@ from trajopt.problem.requirements import Requirement, follows_curve, frame_place
 from trajopt.robot.robot import Robot
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.moveit.core.planning_scene import PlanningScene
-from trajopt.ros.commander.moveit.task_constructor.core import CartesianPath, Cell, PlannerInterface, Stage
+from trajopt.ros.commander.moveit.task_constructor.core import (
+    CartesianPath,
+    PlannerInterface,
+    Stage,
+    StageContext,
+)
 from trajopt.ros.commander.world import group_named
 from trajopt.scene.scene import Scene
 from trajopt.tasks import stages as ours
@@ -74,7 +79,7 @@ class CurrentState(Stage):
     def __init__(self, name: str = "current state") -> None:
         super().__init__(name)
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         return [FromState(self.name, lambda _, search, state: iter((search.rested(state),)))]
 
 
@@ -87,10 +92,10 @@ class FixedState(CurrentState):
     def setState(self, scene: PlanningScene) -> None:
         self._given = scene
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         given: PlanningScene = self._required()
-        cell.scene, cell.positions = given.scene, given.current_state.positions
-        return super()._translated(cell)
+        context.scene, context.positions = given.scene, given.current_state.positions
+        return super()._translated(context)
 
 
 class ModifyPlanningScene(Stage):
@@ -133,7 +138,7 @@ class ModifyPlanningScene(Stage):
 
         self._changes.append(FromState(self.name, ways))
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         return list(self._changes)
 
 
@@ -154,12 +159,12 @@ class Connect(Stage):
         super().__init__(name)
         self._planners = planners
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         for group, planner in self._planners:
             if isinstance(planner, CartesianPath):
                 raise self._refusal("has no straight lines: use MoveTo with CartesianPath")
-            cell.moves(group, planner)
-        cell.on_the_way = self.path_constraints
+            context.moves(group, planner)
+        context.on_the_way = self.path_constraints
         return []
 
 
@@ -231,9 +236,9 @@ class _Motion(Stage):
     def _least(self, length: float) -> float:
         return float(self._planner.min_fraction)
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
-        group = cell.moves(self.group, self._planner)
-        link = cell.tool(self.ik_frame, group)
+    def _translated(self, context: StageContext) -> list[TaskStage]:
+        group = context.moves(self.group, self._planner)
+        link = context.tool(self.ik_frame, group)
         straight, kept = isinstance(self._planner, CartesianPath), self.path_constraints
         if straight and kept is not None:
             raise self._refusal("keeps no path_constraints with CartesianPath: use PipelinePlanner")
@@ -248,15 +253,15 @@ class MoveTo(_Motion):
         """Set a named state, joint -> position, PoseStamped, PointStamped or RobotState."""
         self._given = goal
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
-        self._joints(cell.scene.robot)
-        return super()._translated(cell)
+    def _translated(self, context: StageContext) -> list[TaskStage]:
+        self._joints(context.scene.robot)
+        return super()._translated(context)
 
-    def _merged(self, cell: Cell) -> ours.MoveTo:
-        joints = self._joints(cell.scene.robot)
+    def _merged(self, context: StageContext) -> ours.MoveTo:
+        joints = self._joints(context.scene.robot)
         if joints is None or self.path_constraints is not None:
-            return super()._merged(cell)
-        return ours.MoveTo(joints, self.name, group=cell.moves(self.group, self._planner))
+            return super()._merged(context)
+        return ours.MoveTo(joints, self.name, group=context.moves(self.group, self._planner))
 
     def _joints(self, robot: Robot) -> dict[str, float] | None:
         goal = self._required()
@@ -317,7 +322,7 @@ class GeneratePose(Stage):
     def setMonitoredStage(self, stage: Stage) -> None:
         """Do nothing."""
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         return []
 
 
@@ -348,19 +353,19 @@ class ComputeIK(Stage):
         super().__init__(name)
         self._generator = stage
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         pose = self.target_pose or self._generator.properties.get("pose")
         if pose is None:
             raise self._refusal("has no pose: use GeneratePose")
-        effectors = cell.scene.robot.end_effectors
+        effectors = context.scene.robot.end_effectors
         parent = effectors[self.eef].parent_group if self.eef in effectors else ""
-        group = cell.moves(self.group or parent or "")
+        group = context.moves(self.group or parent or "")
         where, _ = framed_placement(pose, WORLD)
         move = _Move(
             group,
-            cell.tool(self.ik_frame, group),
+            context.tool(self.ik_frame, group),
             lambda scene, at: _frame_of(pose.header, scene, at) * where,
-            cell.taken_on_the_way(),
+            context.taken_on_the_way(),
         )
         return [FromState(self.name, move.freely)]
 
@@ -411,11 +416,11 @@ class _Handling(Stage):
         stages = (self, self._fingers, self._fingers.generator)
         return next((value for stage in stages if (value := stage.properties.get(name))), None)
 
-    def _gripper(self, cell: Cell) -> Gripper:
+    def _gripper(self, context: StageContext) -> Gripper:
         frame = self._stated("ik_frame")
-        tool = None if frame is None else cell.tool(frame)
-        gripper = gripper_of(cell.scene, end_effector=self._stated("eef"), tool=tool)
-        cell.moves(arm_of(cell.scene.robot, gripper))
+        tool = None if frame is None else context.tool(frame)
+        gripper = gripper_of(context.scene, end_effector=self._stated("eef"), tool=tool)
+        context.moves(arm_of(context.scene.robot, gripper))
         return gripper
 
     def _opening(self, posture: str, gripper: Gripper, robot: Robot) -> float | None:
@@ -452,14 +457,14 @@ class Pick(_Handling):
     def setLiftMotion(self, motion: Any, min_distance: float, max_distance: float) -> None:
         self._line("lift", motion, min_distance, max_distance)
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         if not isinstance(self._fingers.generator, GenerateGraspPose):
             raise self._refusal("needs SimpleGrasp(GenerateGraspPose(...))")
-        if cell.taken_on_the_way() is not None:
+        if context.taken_on_the_way() is not None:
             raise self._refusal("keeps no path_constraints of a Connect: ComputeIK and Place do")
-        gripper, name = self._gripper(cell), str(self._stated("object"))
-        cell.grippers[name] = gripper
-        return [PickObject(name, self._grasps(cell.scene, name, gripper), gripper, name=self.name)]
+        gripper, name = self._gripper(context), str(self._stated("object"))
+        context.grippers[name] = gripper
+        return [PickObject(name, self._grasps(context.scene, name, gripper), gripper, name=self.name)]
 
     def _grasps(self, scene: Scene, name: str, gripper: Gripper) -> list[Grasp]:
         """Return grasps about z: first with the longest motions, each from the narrowest."""
@@ -504,24 +509,24 @@ class Place(_Handling):
         """Set the straight motion off the object [m]."""
         self._line("retreat", motion, min_distance, max_distance)
 
-    def _translated(self, cell: Cell) -> list[TaskStage]:
+    def _translated(self, context: StageContext) -> list[TaskStage]:
         pose, name = self._stated("pose"), str(self._stated("object"))
         if pose is None:
             raise self._refusal("needs SimpleUnGrasp(GeneratePlacePose(...)) with a pose")
-        gripper = cell.grippers.get(name) or self._gripper(cell)
-        held = cell.scene.attach(name, gripper.tool, at=cell.positions)
-        kept, whole = _required_of(cell.taken_on_the_way(), held, cell.positions)
+        gripper = context.grippers.get(name) or self._gripper(context)
+        held = context.scene.attach(name, gripper.tool, at=context.positions)
+        kept, whole = _required_of(context.taken_on_the_way(), held, context.positions)
         frames = {key: item for key, item in whole.objects.items() if key not in held.objects}
-        cell.scene = replace(cell.scene, objects={**cell.scene.objects, **frames})
+        context.scene = replace(context.scene, objects={**context.scene.objects, **frames})
         where, frame = framed_placement(pose, WORLD)
         places = [
             grasping.Place(
                 placement=where,
-                frame=WORLD if frame in world_names(cell.scene.robot) else frame,
-                lower=self._straight("lower", cell.scene, far=far),
-                retreat=self._straight("retreat", cell.scene, far=far),
+                frame=WORLD if frame in world_names(context.scene.robot) else frame,
+                lower=self._straight("lower", context.scene, far=far),
+                retreat=self._straight("retreat", context.scene, far=far),
             )
             for far in (True, False)
         ]
-        opening = self._opening("pregrasp", gripper, cell.scene.robot)
+        opening = self._opening("pregrasp", gripper, context.scene.robot)
         return [PlaceObject(name, places, gripper, kept, name=self.name, opening=opening)]
