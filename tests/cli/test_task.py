@@ -80,7 +80,7 @@ def test_a_job_is_planned_with_its_cycle_times(job: Path, tmp_path: Path) -> Non
     out = tmp_path / "result.json"
     done = run("plan", job, "--robot", "panda", "--out", out)
     assert done.exit_code == 0, done.output
-    for stage in ("above", "dwell", "middle", "right", "follow: retract", "turn"):
+    for stage in ("above", "dwell", "middle", "right", "  follow", "    retract", "turn"):
         assert stage in done.output
     assert json.loads(out.read_text())["verified"] is True
 

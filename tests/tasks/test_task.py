@@ -237,12 +237,12 @@ def test_page_and_report_have_the_cost_of_each_stage_and_the_rejected_ways(
     below, near = MoveTo(over(0.5, 0.0, -0.2), name="below"), MoveTo(over(0.45, 0.1), name="near")
     found = to.plan(task(cell, Fallback([below, near]), Dwell(0.5, name="<wait>"), MoveTo("ready")))
     report = write_report(found, tmp_path / "task.html", moving=False).read_text()
-    assert "What was tried" in report and found.causes[0][:30] in report
+    assert "What was tried" not in report and f"rejected: {found.causes[0]}"[:40] in report
     page = to.view(found, port=8191)
     try:
         page.show(found.stages[1].begin + 0.1)
         content = page._text.content  # pyright: ignore[reportPrivateUsage]
-        for words in ("&lt;wait&gt;", "0.50 s", "mm clear", "Rejected ways", "below"):
+        for words in ("&lt;wait&gt;", "0.50 s", "mm clear", "near (chosen)", "rejected: below"):
             assert words in content, words
         marked = [row for row in content.split("<tr") if "font-weight:600" in row]
         assert len(marked) == 1 and "&lt;wait&gt;" in marked[0]
@@ -356,6 +356,26 @@ def test_one_of_takes_the_cheapest_and_fallback_the_first(cell: to.Scene) -> Non
     assert {refusal.stage for refusal in found.refusals} == {"below"}
 
 
+def test_choices_are_branches_with_times_costs_and_reasons(cell: to.Scene, tmp_path: Path) -> None:
+    """Also in the file of the result; without a plan only the branches with rejected ways."""
+    below, far = MoveTo(over(0.5, 0.0, -0.2), name="below"), MoveTo("extended", name="far")
+    quick = Within([replace(far, name="fast")], StageLimits(duration=0.05), name="quick")
+    near = [MoveTo(over(0.45, 0.1), name="near"), Dwell(0.1, name="wait")]
+    found = to.plan(task(cell, OneOf([below, Fallback([quick, far], name="inner"), near], name="choice")))
+    found.save(tmp_path / "task.bundle")
+    for each in (found, read_result(tmp_path / "task.bundle")):
+        assert isinstance(each, TaskResult)
+        assert [(row.depth, row.text.partition(" (")[0][:23]) for row in each.tree if row.time is None] == [
+            *((1, "below"), (2, "rejected: below: all 13"), (1, "inner"), (2, "rejected: quick: takes ")),
+        ], each.explain()
+        timed = [(row.depth, row.text[:20]) for row in each.tree if row.time is not None]
+        assert timed == [(0, "choice"), (1, "near, wait (chosen, "), (2, "near"), (2, "wait")]
+    assert "(not chosen, cost 1." in found.explain().details[3]
+    assert f"chosen, cost {found.duration:.4g}" in found.explain().details[5]
+    failed = to.plan(task(cell, Fallback([below, [quick, below]], name="choice"), far))
+    assert [line[:10] for line in failed.explain().details] == ["choice", "  below: a", "  quick: t"]
+
+
 def test_the_ways_of_a_stage_are_compared_by_a_cost(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
     """Of three grasps the first is taken, or that with the largest clearance."""
     first = to.plan(task(cell, PickObject("cup", grasps[:3])))
@@ -413,6 +433,7 @@ def test_an_earlier_choice_is_revised(cell: to.Scene) -> None:
     assert found.verified, found.explain()
     assert found.final_scene.placement_of("door", found.final_positions).translation[1] == -0.6
     assert [refusal.stage for refusal in found.refusals] == ["in"], found.explain()
+    assert [row.text for row in found.tree[:3]] == ["fallback", "shut (rejected)", "beside (chosen)"]
 
 
 def test_an_object_that_is_moved_onto_the_arm_is_refused(cell: to.Scene) -> None:
@@ -573,6 +594,7 @@ def test_an_order_avoids_a_wall(cell: to.Scene) -> None:
     sides = [stage.name.split()[0] for stage in found.stages]
     assert found.verified, found.explain()
     assert sum(a != b for a, b in pairwise(sides)) == 1, sides
+    assert [row.text for row in found.tree][1:] == [stage.name for stage in found.stages]
 
 
 def test_a_suction_cup_attaches_and_detaches(cell: to.Scene) -> None:

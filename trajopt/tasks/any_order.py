@@ -14,7 +14,7 @@ from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.straight import to_configuration
-from trajopt.tasks.search import Item, TaskSearch, TaskStage, TaskState, Way, as_items, in_sequence
+from trajopt.tasks.search import Item, TaskSearch, TaskStage, TaskState, Way, as_items, choosing, in_sequence
 from trajopt.tasks.sequence import StageRefusal
 from trajopt.tasks.stages import Dwell, MoveTo, held_after_each
 from trajopt.tasks.tour import Tours, travel_time
@@ -96,10 +96,12 @@ class AnyOrder(Value):
             placed.append(found)
         reduced = search.reduced(state.scene, state.positions)
         rests = any(isinstance(stage, Dwell) for item in items for stage in item)
-        order = _Ordering(search, reduced, placed, rests, self._end(state.scene, search.group))
-        chosen = order.searched()
-        yield from in_sequence([s for n, at in chosen for s in _pinned(items[n], at)], search, state)
-        yield from in_sequence([stage for n, _ in chosen for stage in items[n]], search, state)
+        end = self._end(state.scene, search.group)
+        chosen = _Ordering(search, reduced, placed, rests, end).searched()
+        order = [(n, "") for n, _ in chosen]
+        pinned = [stage for n, at in chosen for stage in _pinned(items[n], at)]
+        for stages in (pinned, [stage for n, _ in chosen for stage in items[n]]):
+            yield from choosing(in_sequence(stages, search, state), self.name, order)
 
     def _end(self, scene: Scene, group: str) -> Floats | None:
         if self.then is None:

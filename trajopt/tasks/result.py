@@ -136,6 +136,7 @@ class TaskResult(MotionSequence[TaskSegment]):
 
     @property
     def stages(self) -> tuple[StageTime, ...]:
+        """Begin and end of each stage, in order."""
         found: dict[str, StageTime] = {}
         for begin, segment in zip(self.begins.tolist(), self.segments, strict=True):
             since = begin

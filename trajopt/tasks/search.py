@@ -73,6 +73,8 @@ class TaskRest:
     seconds: float = 0.0
 
 
+Choices = Sequence[tuple[int, str]]
+
 Step = Leg | TaskRest | TaskSegment
 """A motion to plan, a rest, or a motion that is planned."""
 
@@ -90,6 +92,8 @@ class TaskState:
         steps: Steps after the planned motions. Legs without a rest between them become one motion.
         handled: Object -> how it was picked and placed each time.
         lifting: Contacts with supports that the next motion may begin with.
+        choices: Stage with alternatives, or in any order -> the places of its items in the order of the plan,
+            each with words: whether it was chosen, and its cost.
     """
 
     scene: Scene
@@ -99,6 +103,7 @@ class TaskState:
     steps: tuple[Step, ...] = ()
     handled: Mapping[str, tuple[Handling, ...]] = field(default_factory=dict[str, tuple[Handling, ...]])
     lifting: tuple[ContactAllowance, ...] = ()
+    choices: Mapping[str, Choices] = field(default_factory=dict[str, Choices])
 
     @property
     def time(self) -> float:
@@ -125,6 +130,11 @@ class TaskState:
 
 Way = TaskState | StageRefusal
 """A way to do a stage: the state after it, or why it is rejected."""
+
+
+def choosing(ways: Iterable[Way], stage: str, choices: Choices) -> Iterator[Way]:
+    for way in ways:
+        yield way if isinstance(way, StageRefusal) else replace(way, choices={**way.choices, stage: choices})
 
 
 @runtime_checkable

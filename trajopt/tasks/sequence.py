@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -135,6 +136,42 @@ class StageRefusal(Value):
         return {"stage": self.stage, "status": self.status.name, "reason": self.reason, **vars(self.names)}
 
 
+@dataclass(frozen=True)
+class StageNode:
+    """A stage in the tree of a task, or several that are one alternative.
+
+    Attributes:
+        choice: Of an alternative, in words: whether it was chosen, and its cost.
+    """
+
+    name: str
+    choice: str = ""
+    items: "tuple[StageNode, ...]" = ()
+
+
+@dataclass(frozen=True)
+class StageRow:
+    """A line of the tree of stages: a stage, one of its steps, or a rejected way with its reason.
+
+    Attributes:
+        depth: Number of stages around it.
+        time: Without a name; None outside the plan.
+        clearance: Least proven clearance of its motions [m]; infinity without any.
+    """
+
+    text: str
+    depth: int = 0
+    time: StageTime | None = None
+    clearance: float = inf
+
+    def indented(self) -> str:
+        """Return the text, indented by its depth."""
+        return "  " * self.depth + self.text
+
+    def __str__(self) -> str:
+        return f"{self.time or ''!s:23}{self.indented()}"
+
+
 Part = TypeVar("Part", bound=MotionSegment)
 
 
@@ -152,6 +189,7 @@ class MotionSequence(SavedResult, Generic[Part]):
         failed: Last stage, in the order of the task, at which a way failed; empty with a plan.
         cpu_seconds: Process time of each stage of planning [s].
         stopped: The cause of an early end of planning; None without one.
+        outline: The stages of a task, choices with their alternatives.
     """
 
     name: str
@@ -166,6 +204,7 @@ class MotionSequence(SavedResult, Generic[Part]):
     refusals: tuple[StageRefusal, ...]
     failed: str = ""
     stopped: Stop | None = None
+    outline: tuple[StageNode, ...] = ()
 
     @property
     def verified(self) -> bool:
@@ -200,18 +239,68 @@ class MotionSequence(SavedResult, Generic[Part]):
             grounds="the judge verified every motion in the scene of its time"
             if self.verified
             else f"{len(self.refusals)} ways were tried and rejected{ended}",
-            details=tuple(map(str, self.stages)) if self.verified else self.causes[len(self.refusals) == 1 :],
+            details=tuple(map(str if self.verified else StageRow.indented, self.tree))
+            if len(self.refusals) > 1 or self.verified
+            else (),
         )
 
     @property
     def causes(self) -> tuple[str, ...]:
         """The rejected ways with their reasons, in words; ways of a stage with the same status together."""
+        return tuple(words for _, words in self._causes)
+
+    @property
+    def _causes(self) -> list[tuple[str, str]]:
         found: dict[tuple[str, Status], list[StageRefusal]] = {}
         for item in self.refusals:
             found.setdefault((item.stage, item.status), []).append(item)
-        return tuple(
-            f"{items[0]}{f' ({len(items)} ways)' if len(items) > 1 else ''}" for items in found.values()
-        )
+        return [
+            (stage, f"{items[0]}{f' ({len(items)} ways)' if len(items) > 1 else ''}")
+            for (stage, _), items in found.items()
+        ]
+
+    @cached_property
+    def _spans(self) -> list[tuple[float, float, float]]:
+        """Begin and end of each motion [s], and its least proven clearance [m]."""
+        return [
+            (begin, begin + each.duration, each.result.require().certificate.clearance)
+            for begin, each in zip(self.begins.tolist(), self.segments, strict=True)
+        ]
+
+    @property
+    def tree(self) -> tuple[StageRow, ...]:
+        """The stages with time and clearance, items below theirs, and the rejected ways."""
+        times, word = (self.stages, "rejected: ") if self.verified else ((), "")
+        causes = [(stage, word + reason) for stage, reason in self._causes]
+        nodes = self.outline or tuple(StageNode(item.name) for item in times)
+        rows = [row for node in nodes for row in self._rows(node, 0, times, causes)]
+        return (*rows, *(StageRow(words) for _, words in causes))
+
+    def _rows(
+        self, node: StageNode, depth: int, times: Sequence[StageTime], causes: list[tuple[str, str]]
+    ) -> list[StageRow]:
+        """Return the rows of a node; its causes are taken out of the list."""
+        own = [item for item in times if _within(item.name, node)]
+        steps = [item for item in own if item.name != node.name]
+        tried = [words for stage, words in causes if _within(stage, node)]
+        causes[:] = [item for item in causes if not _within(item[0], node)]
+        below = [row for item in node.items for row in self._rows(item, depth + 1, times, causes)]
+        taken = [*own, *(row.time for row in below if row.time is not None)]
+        heads = bool(taken or below or node.choice)
+        text = f"{node.name} ({node.choice})" if node.choice else node.name
+        return [
+            *([self._row(text, depth, taken)] if heads else []),
+            *(self._row(item.name.removeprefix(f"{node.name}: "), depth + 1, [item]) for item in steps),
+            *(StageRow(words, depth + heads) for words in tried),
+            *below,
+        ]
+
+    def _row(self, text: str, depth: int, taken: Sequence[StageTime]) -> StageRow:
+        if not taken:
+            return StageRow(text, depth)
+        begin, end = min(item.begin for item in taken), max(item.end for item in taken)
+        own = [least for since, until, least in self._spans if since < end - 1e-9 and begin + 1e-9 < until]
+        return StageRow(text, depth, StageTime("", begin, end), min(own, default=inf))
 
     @property
     def duration(self) -> float:
@@ -313,6 +402,11 @@ class MotionSequence(SavedResult, Generic[Part]):
             for link in sorted({link for _, _, each in scenes for link in each.objects[name].touch_links}):
                 scene = scene.allow(link, name)
         return scene
+
+
+def _within(name: str, node: StageNode) -> bool:
+    """Return whether a stage of that name is the node or one of its steps."""
+    return f"{name}: ".startswith(f"{node.name}: ")
 
 
 def _stands(name: str, scenes: Sequence[tuple[float, MotionSegment, Scene]]) -> bool:

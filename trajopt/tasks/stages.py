@@ -29,6 +29,7 @@ from trajopt.tasks.search import (
     Way,
     as_items,
     check_frames,
+    choosing,
     held_after,
     in_sequence,
     later,
@@ -497,8 +498,8 @@ class OneOf(Value):
         return held_after_any(self.items, scene, group, held)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        found: list[tuple[float, TaskState]] = []
-        for item in as_items(self.items):
+        found: list[tuple[float, int, TaskState]] = []
+        for place, item in enumerate(as_items(self.items)):
             enough = len(found) + self.ways_each
             for way in in_sequence(item, search, state):
                 ended = way if isinstance(way, StageRefusal) else search.rested(way)
@@ -507,11 +508,16 @@ class OneOf(Value):
                     continue
                 assert not isinstance(way, StageRefusal)
                 cost = self.cost(ended.segments[len(state.segments) :])
-                found.append((number("cost", cost, infinite=True), way))
+                found.append((number("cost", cost, infinite=True), place, way))
                 if len(found) == enough:
                     break
-        for _, way in sorted(found, key=lambda one: one[0]):
-            yield way
+        ranked = sorted(found, key=lambda one: one[0])
+        for rank, (cost, place, way) in enumerate(ranked):
+            choices = [(other, "rejected") for other in range(len(self.items))]
+            for before, (each, other, _) in reversed([(n < rank, one) for n, one in enumerate(ranked)]):
+                choices[other] = other, f"{'no plan after it' if before else 'not chosen'}, cost {each:.4g}"
+            choices[place] = place, f"chosen, cost {cost:.4g}"
+            yield from choosing([way], self.name, choices)
 
 
 @dataclass(frozen=True, eq=False)
@@ -529,8 +535,10 @@ class Fallback(Value):
         return held_after_any(self.items, scene, group, held)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        for item in as_items(self.items):
-            yield from in_sequence(item, search, state)
+        for place, item in enumerate(as_items(self.items)):
+            words = ["rejected"] * place + ["chosen"] + ["not chosen"] * len(self.items)
+            choices = list(enumerate(words[: len(self.items)]))
+            yield from choosing(in_sequence(item, search, state), self.name, choices)
 
 
 @dataclass(frozen=True, eq=False)

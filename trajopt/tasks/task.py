@@ -22,6 +22,7 @@ from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.result import STAGES
 from trajopt.tasks.result import TaskResult
 from trajopt.tasks.search import (
+    Choices,
     Rest,
     StageWithItems,
     TaskSearch,
@@ -36,7 +37,7 @@ from trajopt.tasks.search import (
     is_step_of,
     later,
 )
-from trajopt.tasks.sequence import StageRefusal
+from trajopt.tasks.sequence import StageNode, StageRefusal
 from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several, unless_none
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
@@ -177,6 +178,7 @@ class Task(Value):
             counts=dict(search.tracker.counts),
             cpu_seconds=dict(search.tracker.seconds),
             stopped=stopped,
+            outline=tuple(_node(stage, ended) for stage in self.stages),
         )
 
     def _progress(self, refusal: StageRefusal) -> tuple[int, int]:
@@ -186,6 +188,22 @@ class Task(Value):
                 step = refusal.stage.removeprefix(f"{stage.name}: ")
                 return place, STEPS.index(step) if step in STEPS else -1
         return -1, -1
+
+
+def _node(stage: TaskStage, ended: TaskState | None, choice: str = "") -> StageNode:
+    """Return a stage with its items, those in any order as the arm does them."""
+    items = as_items(stage.items) if isinstance(stage, StageWithItems) else ()
+    choices: Choices = [(place, "") for place in range(len(items))]
+    if ended is not None:
+        choices = ended.choices.get(stage.name, choices)
+    below: list[StageNode] = []
+    for place, words in choices:
+        item = items[place]
+        single = len(item) == 1
+        nodes = [_node(each, ended, words if single else "") for each in item]
+        name = ", ".join(each.name for each in item)
+        below += nodes if single or not words else [StageNode(name, words, tuple(nodes))]
+    return StageNode(stage.name, choice, tuple(below))
 
 
 def _named(stages: Sequence[TaskStage], taken: set[str]) -> list[TaskStage]:

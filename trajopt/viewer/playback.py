@@ -9,6 +9,7 @@ import numpy as np
 
 from trajopt.scene.planned_robot import Planned, PlannedMotion, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
+from trajopt.tasks.sequence import StageRow
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError, shown
 from trajopt.values.errors.arguments import checked
@@ -16,7 +17,7 @@ from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate
 from trajopt.viewer.clearance import Nearest
-from trajopt.viewer.readout import StageRow, block_html, clearance_html, joints_html, stages_html
+from trajopt.viewer.readout import block_html, clearance_html, joints_html, stages_html
 from trajopt.viewer.scene_view import SceneView
 from trajopt.viewer.server import Served, open_server
 
@@ -199,25 +200,6 @@ class PlayedSegment(Protocol):
         ...
 
 
-class PlayedStage(Protocol):
-    """When a stage takes place."""
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        ...
-
-    @property
-    def begin(self) -> float:
-        """Since the start of the task [s]."""
-        ...
-
-    @property
-    def end(self) -> float:
-        """Since the start of the task [s]."""
-        ...
-
-
 @runtime_checkable
 class PlannedSequence(Protocol):
     """Several motions in order: the result of a task, or of a pick and place."""
@@ -227,13 +209,8 @@ class PlannedSequence(Protocol):
         ...
 
     @property
-    def stages(self) -> Sequence["PlayedStage"]:
-        """Begin and end of each stage."""
-        ...
-
-    @property
-    def causes(self) -> Sequence[str]:
-        """The rejected ways with their reasons, in words."""
+    def tree(self) -> "Sequence[StageRow]":
+        """The stages with time and clearance, items below theirs, and the rejected ways."""
         ...
 
 
@@ -346,12 +323,11 @@ class SequenceViewer(PlayedPage):
         from trajopt.simulation.sampled_motion import motion_of
 
         super().__init__(server)
-        segments, self._causes = sequence.require(), sequence.causes
+        segments, self._rows = sequence.require(), sequence.tree
         self._plans = [segment.result.require() for segment in segments]
         self._titles = [segment.title for segment in segments]
         ends = np.cumsum([segment.duration for segment in segments])
         self._begins, self._duration = np.concatenate(([0.0], ends[:-1])), float(ends[-1])
-        self._rows = [self._row(stage) for stage in sequence.stages]
         self._scenes: dict[int, SceneView] = {}
         longest = max(range(len(self._plans)), key=lambda index: self._plans[index].trajectory.duration)
         plan = self._plans[longest]
@@ -367,11 +343,6 @@ class SequenceViewer(PlayedPage):
     @property
     def motion(self) -> int:
         return self._motion_at(self.time)
-
-    def _row(self, stage: PlayedStage) -> StageRow:
-        index = self._motion_at(0.5 * (stage.begin + stage.end))
-        clearance = self._plans[index].certificate.clearance
-        return StageRow(stage.name, stage.begin, stage.end, clearance)
 
     def _motion_at(self, t: float) -> int:
         return max(int(np.searchsorted(self._begins, t, side="right")) - 1, 0)
@@ -394,5 +365,5 @@ class SequenceViewer(PlayedPage):
         since = min(t - float(self._begins[index]), plan.trajectory.duration)
         nearest = self._shown(index).show(since, plan.trajectory(since))
         motion = block_html(f"Motion {index + 1} of {len(self._plans)}", [self._titles[index]])
-        self._text.content = motion + stages_html(self._rows, t, self._causes)
+        self._text.content = motion + stages_html(self._rows, self._duration, t)
         self._clearance_text.content = clearance_html(nearest)

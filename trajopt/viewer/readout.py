@@ -1,7 +1,6 @@
 """Texts of the pages, as HTML: clearance, joints, events and planning results."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 
 import numpy as np
@@ -10,6 +9,7 @@ from trajopt.driving.events import Event
 from trajopt.planning.budget import Stop
 from trajopt.planning.result import Result
 from trajopt.robot.joints import JointLimits
+from trajopt.tasks.sequence import StageRow
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_length
 from trajopt.viewer.clearance import Nearest
@@ -62,41 +62,29 @@ def joints_html(limits: JointLimits, positions: Floats, revolute: tuple[bool, ..
     )
 
 
-@dataclass(frozen=True)
-class StageRow:
-    """A stage of a task: its time, and the least proven clearance of its motion [m]."""
-
-    name: str
-    begin: float
-    end: float
-    clearance: float
+_NUMBER = "text-align:right;vertical-align:top;padding-left:0.8em;white-space:nowrap"
+STAGES = 18
+"""Number of listed lines of the tree, around the present one; the stages that contain them are above."""
 
 
-STAGES, CAUSES = 14, 6
-"""Number of listed stages, around the present one, and of rejected ways."""
-
-
-def stages_html(rows: Sequence[StageRow], now: float, causes: Sequence[str]) -> str:
-    """Return the stages with their steps, the present one marked, and the ways that were rejected."""
-    present = next((k for k, row in enumerate(rows) if now < row.end), len(rows) - 1)
+def stages_html(rows: Sequence[StageRow], duration: float, now: float) -> str:
+    """Return the tree of stages with the rejected ways, the present stage marked."""
+    present = max((row.time.begin, k) for k, row in enumerate(rows) if row.time and row.time.begin <= now)[1]
     first = max(min(present - STAGES // 2, len(rows) - STAGES), 0)
-    lines, above = list[str](), ""
-    for k, row in list(enumerate(rows))[first : first + STAGES]:
-        stage, _, step = row.name.rpartition(": ")
-        if stage and stage != above:
-            lines.append(f'<tr><td colspan="3">{escape(stage)}</td></tr>')
-        above = stage
+    lines: list[str] = []
+    above = [k for k in range(first) if all(rows[k].depth < row.depth for row in rows[k + 1 : first + 1])]
+    for k in [*above, *range(first, min(first + STAGES, len(rows)))]:
+        row = rows[k]
         marked = f"color:{hexadecimal(SAFE)};font-weight:600" if k == present else ""
         clear = f"{in_length(row.clearance)} clear" if np.isfinite(row.clearance) else ""
+        spent = [] if row.time is None else [f"{row.time.end - row.time.begin:.2f} s", clear]
+        cells = "".join(f'<td style="{_NUMBER}">{words}</td>' for words in spent)
         lines.append(
-            f'<tr style="{marked}"><td style="padding-left:{1.0 if stage else 0.0}em">{escape(step)}</td>'
-            f'<td style="text-align:right;padding-left:0.8em">{row.end - row.begin:.2f} s</td>'
-            f'<td style="text-align:right;padding-left:0.8em">{clear}</td></tr>'
+            f'<tr style="{marked}"><td style="padding-left:{row.depth + 1}em;text-indent:-1em" '
+            f'colspan="{1 if spent else 3}">{escape(row.text)}</td>{cells}</tr>'
         )
     table = f'<table style="border-collapse:collapse">{"".join(lines)}</table>'
-    shown = f'<div style="{_BLOCK}"><b>Stages</b>, {rows[-1].end:.2f} s{table}</div>'
-    more = [f"and {len(causes) - CAUSES} more"] if len(causes) > CAUSES else []
-    return shown + (block_html("Rejected ways", [*causes[:CAUSES], *more]) if causes else "")
+    return f'<div style="{_BLOCK}"><b>Stages</b>, {duration:.2f} s{table}</div>'
 
 
 def events_html(events: Sequence[Event], shown: int) -> str:

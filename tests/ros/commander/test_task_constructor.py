@@ -94,7 +94,7 @@ def test_a_script_with_pick_and_place(
     assert panda.named_positions["panda_joint4"] == pytest.approx(-2.356, abs=1e-2)
     assert panda.named_positions["panda_finger_joint1"] == pytest.approx(0.0, abs=1e-3)
     told = "\n".join(record.getMessage() for record in caplog.records)
-    names = ("pick: approach", "pick: lift", "place: carry", "place: release", "home", "shut")
+    names = ("  pick", "    approach", "    lift", "  place", "    carry", "    release", "  home", "  shut")
     assert all(name in told for name in names)
 
 

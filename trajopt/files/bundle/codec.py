@@ -161,7 +161,7 @@ _ANSWERED = {
     "trajopt.optimise.solvers.solver": "SolverStatus",
     "trajopt.tasks.cartesian.result": "Followed StopReason",
     "trajopt.tasks.grasping.result": "Stage Segment PickPlaceResult",
-    "trajopt.tasks.sequence": "CandidateNames StageRefusal",
+    "trajopt.tasks.sequence": "CandidateNames StageRefusal StageNode",
     "trajopt.tasks.result": "StageRest TaskSegment Handling TaskResult",
 }
 _OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshReference"}

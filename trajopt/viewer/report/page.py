@@ -21,6 +21,7 @@ from trajopt.values.arrays import Floats, Value
 from trajopt.values.documents.document import write_text
 from trajopt.values.errors import RenderingUnavailable
 from trajopt.values.errors.arguments import checked
+from trajopt.values.printed import in_length
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer.drawing import Ghost
 from trajopt.viewer.palette import SAFE, SURFACES, TOUCHING, Rgb
@@ -306,7 +307,6 @@ def page(subject: Subject, shown: Scenery, space: str, pictures: Sequence[Still]
 def page_of_motions(what: MotionSequence[Any], *, moving: bool) -> str:
     """Return the page of several motions: the whole in 3-D, the cycle times, and the proof of each motion."""
     found = what.explain()
-    causes = "".join(f"<li>{escape(cause)}</li>" for cause in what.causes)
     mark = '<b class="good">✓ Proven.</b>' if what.verified else '<b class="bad">✗ No plan.</b>'
     facts = [("robot", what.scene.robot.name), ("group", what.group)]
     parts: list[str] = []
@@ -314,19 +314,26 @@ def page_of_motions(what: MotionSequence[Any], *, moving: bool) -> str:
         facts += [("duration", f"{what.trajectory.duration:.3f} s"), ("motions", str(len(what.segments)))]
         if moving:
             parts.append(_frame(recorded(*what.whole), "", "The motion.", timed=True))
-        rows = [
-            (escape(each.name), f"{each.begin:.2f} s", f"{each.end - each.begin:.2f} s")
-            for each in what.stages
-        ]
-        times = table(("stage", "begin", "duration"), rows, numbers=("begin", "duration"))
-        parts += [
-            section("stages", "Cycle times", times),
-            section("proven", "What was proven", sections.proven(what.certificate)),
-        ]
-    if causes:
-        parts.append(section("tried", "What was tried", f"<ul>{causes}</ul>"))
+        parts.append(section("stages", "Cycle times", _tree(what)))
+        parts.append(section("proven", "What was proven", sections.proven(what.certificate)))
+    elif what.refusals:
+        parts.append(section("tried", "What was tried", _tree(what)))
     head = _title("task", what.name, f"{mark} {escape(found.reason)}.", facts)
     return _page(what.name, [head, *parts], "", "")
+
+
+def _tree(what: MotionSequence[Any]) -> str:
+    head = ("stage", "begin", "duration", "clearance")[: 4 if what.verified else 1]
+    rows = [
+        (
+            f'<span style="display:block;padding-left:{1.5 * row.depth}em">{escape(row.text)}</span>',
+            f"{row.time.begin:.2f} s" if row.time else "",
+            f"{row.time.end - row.time.begin:.2f} s" if row.time else "",
+            in_length(row.clearance) if np.isfinite(row.clearance) else "",
+        )[: len(head)]
+        for row in what.tree
+    ]
+    return table(head, rows, numbers=head[1:])
 
 
 def _page(name: str, parts: Sequence[str], about: str, remark: str) -> str:
