@@ -225,7 +225,8 @@ class MotionSequence(SavedResult, Generic[Part]):
     def reason(self) -> str:
         """The outcome in a sentence."""
         if self.verified:
-            return f"{shown(self.name)} takes {self.duration:.2f} s in {len(self.segments)} motions"
+            count = len(self.segments)
+            return f"{shown(self.name)} takes {self.duration:.2f} s in {count} motion{'s' * (count != 1)}"
         refusal = next((item for item in self.refusals if item.stage == self.failed), None)
         return f"{self.status.name}: {refusal or 'nothing was attempted'}"
 
@@ -238,7 +239,7 @@ class MotionSequence(SavedResult, Generic[Part]):
             certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
             grounds="the judge verified every motion in the scene of its time"
             if self.verified
-            else f"{len(self.refusals)} ways were tried and rejected{ended}",
+            else f"ways tried and rejected: {len(self.refusals)}{ended}",
             details=tuple(map(str if self.verified else StageRow.indented, self.tree))
             if len(self.refusals) > 1 or self.verified
             else (),
