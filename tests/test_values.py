@@ -37,6 +37,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.tasks.cartesian import FollowOptions, follow, follows_curve, line
 from trajopt.tasks.grasping import gripper_of
+from trajopt.tasks.sequence import StageNode
 from trajopt.values import errors
 from trajopt.values.arrays import Value
 from trajopt.values.errors import RenderingUnavailable
@@ -114,7 +115,7 @@ def filled(kind: Any) -> Any:
 
 PLAIN: dict[Any, Any] = {
     float: 0.25, int: 3, str: "words", bool: True, object: "anything", Path: Path("a/file"), bytes: b"",
-    Any: 1.5, type(None): None,
+    Any: 1.5, type(None): None, StageNode: StageNode("a stage"),
 }  # fmt: skip
 
 
