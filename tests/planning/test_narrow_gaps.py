@@ -82,6 +82,15 @@ def test_a_margin_gives_way_among_dynamic_obstacles(tmp_path: Path) -> None:
     assert "give way to the default" in " ".join(found.remarks)
 
 
+def test_margins_do_not_give_way_for_a_goal_in_collision(tmp_path: Path) -> None:
+    problem = gap(tmp_path, 0.02, 0.0)
+    inside = replace(
+        problem, scene=problem.scene.with_margin(0.03), goal=to.joint_positions({"x": 0.0, "y": 0.5})
+    )
+    found = to.plan(inside)
+    assert found.status is to.Status.GOAL_IN_COLLISION and not found.remarks
+
+
 def test_a_failure_does_not_depend_on_margins_that_gave_way(tmp_path: Path) -> None:
     problem = gap(tmp_path, -2e-4, 0.0)
     found = to.plan(replace(problem, scene=problem.scene.with_margin(0.03)), budget=to.Budget(attempts=40))

@@ -110,7 +110,8 @@ class PlanSearch:
         self.remarks = (*turns, *margins)
         given_way = with_default_margins(self.problem)
         yield from self._rounds_until(None if given_way is None else len(OPENING) + bool(self.given))
-        if given_way is not None and self.incumbent is None and not self.done:
+        stuck = any(goal.nearest and goal.nearest.status is Status.STUCK for goal in self.goals)
+        if given_way is not None and stuck and self.incumbent is None and not self.done:
             self.problem = given_way
             self.remarks = (
                 *self.remarks,
@@ -122,7 +123,7 @@ class PlanSearch:
     def _rounds_until(self, last: int | None) -> Iterator[list[Candidate]]:
         """Yield the candidates of each round; if there is no motion, only up to the last round."""
         for goal in self.goals:
-            refusal = goal.prepare()
+            refusal = self._refusals.get(goal.goal_name) or goal.prepare()
             if refusal is not None:
                 self._refusals[goal.goal_name] = refusal
         open_ones = [goal for goal in self.goals if goal.goal_name not in self._refusals]
