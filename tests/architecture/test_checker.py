@@ -11,8 +11,6 @@ from benchmarks.house import code_lines
 CHECKER = Path(__file__).parents[2] / "trajopt" / "verify" / "checker"
 FILES = sorted(CHECKER.glob("*.py"))
 MOST_OF_KERNEL, MOST_OF_RULE = 800, 60
-MOST_OF_TORQUE = 70
-"""The rule of torque has Newton's and Euler's equations too."""
 
 
 def is_rule(path: Path) -> bool:
@@ -41,8 +39,7 @@ def test_the_kernel_is_small() -> None:
 
 @pytest.mark.parametrize("path", [each for each in FILES if is_rule(each)], ids=lambda path: path.stem)
 def test_a_rule_is_small(path: Path) -> None:
-    most = MOST_OF_TORQUE if path.stem == "rule_torque" else MOST_OF_RULE
-    assert code_lines(path.read_text()) <= most
+    assert code_lines(path.read_text()) <= MOST_OF_RULE
 
 
 def test_the_fast_kernel_includes_no_code_of_other_cores() -> None:

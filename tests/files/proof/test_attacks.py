@@ -266,7 +266,7 @@ DISCLOSED: dict[str, tuple[Change, str]] = {
         "the speed of tool on the world is",
     ),
     "coordinates of the motion": (lambda s: None, "all that joint1, joint2 can move, but"),
-    "masses": (lambda s: torque(s)["loads"].clear(), "torques (Nm or N) of 0 loads, 0 kg in all,"),
+    "masses": (lambda s: torque(s)["loads"].clear(), "torques of 0 kg are at most"),
 }  # fmt: skip
 
 

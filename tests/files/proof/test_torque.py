@@ -66,7 +66,7 @@ def test_cells_contain_the_torques_and_their_derivatives(
     loads = [(*row[:2], *map(np.array, row[2:])) for row in rule["loads"]]
     masses = np.array(rule["gravity"]), loads, np.array(rule["rotors"])
     positions = checker.modules["series"].taylor(*found.motion.bounds)
-    wide = checker.modules["rule_torque"].torques(statement.joints, positions, masses, still=False)
+    wide = checker.modules["rule_torque"].torques(statement.joints, positions, masses, 1.0)
     for share in np.linspace(0.05, 0.95, 7):
         step = 1e-4 * np.diff(grid)
         around = [
