@@ -265,6 +265,15 @@ DISCLOSED: dict[str, tuple[Change, str]] = {
         ),
         "the speed of tool on the world is",
     ),
+    "an axis": (
+        lambda s: s["requirements"].append(
+            {
+                "kind": "axis alignment", "frame": "tool", "joint": 2, "axis": [0, 0, 1], "reference": 0,
+                "direction": [0, 0, 1], "tolerance": 0.1, "always": True,
+            }
+        ),
+        "axis (0, 0, 1) of tool on joint2 along (0, 0, 1), within 0.1 rad",
+    ),
     "coordinates of the motion": (lambda s: None, "all that joint1, joint2 can move, but"),
     "masses": (lambda s: torque(s)["loads"].clear(), "torques of 0 kg are at most"),
 }  # fmt: skip

@@ -28,7 +28,7 @@ def read(value: Fields, statement: Statement) -> StatedRequirement:
             return inner[-1:] >= least
         return np.minimum(inner[:-1], inner[1:]) - off_chord(arm, seen.turning(arm)) - 1e-15 >= least
 
-    one, other = (", ".join(f"{each:.6g}" for each in side.low) for side in (axis, along))
+    one, other = (", ".join(f"{each:.6g}" for each in side.low.round(6) + 0.0) for side in (axis, along))
     words = f"{span(always)} axis ({one}) of {name}{seen.named(statement)} along ({other})"
     return StatedRequirement(f"{words}, within {tolerance:.6g} rad", holds)
 

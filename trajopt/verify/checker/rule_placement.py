@@ -44,7 +44,7 @@ def _read(value: Fields, statement: Statement, *, always: bool) -> StatedRequire
         return kept
 
     at = ", ".join(f"{each:.6g}" for each in goal.translation.low)
-    turn = goal.rotation.low.round(6).tolist()
+    turn = (goal.rotation.low.round(6) + 0.0).tolist()
     within = [", ".join(f"{each:g}" for each in part) for part in (position, rotation)]
     words = f"{span(always)} {name}{seen.named(statement)} at ({at}) m, turned by {turn}, within"
     return StatedRequirement(f"{words} ({within[0]}) m and ({within[1]}) rad", holds)
