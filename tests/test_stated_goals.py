@@ -57,6 +57,14 @@ def test_a_state_of_other_joints_is_not_a_goal(panda: to.Scene) -> None:
         to.Problem(scene=both, group="both", start="ready", goal="left_ready")
 
 
+@pytest.mark.parametrize("field", ["start", "goal", "waypoints", "start_velocity"])
+def test_a_joint_without_a_number_is_refused(panda: to.Scene, field: str) -> None:
+    missing = {"panda_joint2": None}
+    given = [missing] if field == "waypoints" else missing
+    with pytest.raises(ShapeError, match=r"of panda_joint2: must be a number, is None"):
+        problem(panda, **{field: given})
+
+
 def test_any_goal_of_a_set_has_the_forms_of_a_goal(panda: to.Scene) -> None:
     forms = {
         "home": "ready",

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 MotionArgument = Annotated[Path, typer.Argument(help=f"A bundle or a plan's JSON; with --robot: {FORMATS}.")]
 OptionalScene = Annotated[Path | None, typer.Option("--scene", help="Scene, if the file does not name it.")]
 OptionalRequest = Annotated[
-    Path | None, typer.Option("--request", help="Request, if the file does not name it.")
+    Path | None, typer.Option("--request", help="Request, or a bundle, if the file names none.")
 ]
 
 
@@ -95,9 +95,12 @@ def model_and_motion(
     return reduced, motion_in(motion).ordered(reduced.joint_names)
 
 
-def nothing_beside(path: Path, source: RobotSource | None, motions: Path | None) -> None:
-    if source is not None or motions is not None:
-        raise FileFormatError(str(path), "contains the whole problem: leave out --robot and --motions")
+def nothing_beside(path: Path, source: RobotSource | None, *files: Path | None) -> None:
+    """Check that nothing is given beside a file that contains the whole problem."""
+    if source is not None or any(file is not None for file in files):
+        raise FileFormatError(
+            str(path), "contains the whole problem: leave out --robot, --scene, --request and --motions"
+        )
 
 
 def problem_of(
@@ -106,14 +109,17 @@ def problem_of(
     """Return the problem of a motion's file.
 
     Args:
-        source: The robot; None if the file, a bundle or a plan's, contains everything.
+        source: The robot; None if the file, a bundle or a plan's, or a bundle as request contains everything.
 
     Raises:
         FileFormatError: If something is missing or invalid.
     """
     if is_bundle(motion):
-        nothing_beside(motion, source, motions)
+        nothing_beside(motion, source, scene, request, motions)
         return _one_motion(motion).problem
+    if request is not None and is_bundle(request):
+        nothing_beside(request, source, scene, motions)
+        return _one_motion(request).problem
     if source is None:
         return _named_in(motion, motions)
     if scene is None or request is None:

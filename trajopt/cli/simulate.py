@@ -91,7 +91,7 @@ def simulate(
         if several is None:
             rollout = roll_out(*model_and_motion(trajectory, robot, scene, request, motions), options=options)
         else:
-            nothing_beside(trajectory, robot, motions)
+            nothing_beside(trajectory, robot, scene, request, motions)
             rollout = several.simulated(options)
         for path in picture or ():
             render(

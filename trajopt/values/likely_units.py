@@ -4,6 +4,7 @@ A plausible number is accepted with a warning; the error of a refused one sugges
 """
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,13 +35,13 @@ DEEP = 1.0
 
 
 def stated_angle(
-    name: str, value: float | None, *, degrees: bool, default: float = 0.0, infinite: bool = False
+    name: str, value: float | None, *, degrees: bool, default: float | None = None, infinite: bool = False
 ) -> float:
-    """Return an angle [rad] that is given in radians or degrees, or the default [rad]."""
+    """Return an angle [rad] that is given in radians or degrees, or the default [rad] for None."""
     one_of("degrees", degrees, bool)
-    if value is None:
+    if value is None and default is not None:
         return default
-    given = number(name, value, infinite=infinite)
+    given = number(name, cast("float", value), infinite=infinite)
     return float(np.deg2rad(given)) if degrees else given
 
 

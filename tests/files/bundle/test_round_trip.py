@@ -50,6 +50,7 @@ def test_a_plan_is_read_as_it_was(solved: Result, kept: Path) -> None:
 
 def test_a_proof_is_kept_and_checked(solved: Result, tmp_path: Path) -> None:
     solved.require().save(tmp_path / "plan.trajopt", proof=True)
+    assert "  answer       SOLVED\n" in str(read_bundle(tmp_path / "plan.trajopt"))
     solved.save(tmp_path / "result.trajopt", proof=True)
     proof = read_bundle(tmp_path / "plan.trajopt").proof
     assert proof is not None and proof.check().proven

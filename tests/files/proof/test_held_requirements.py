@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trajopt_robots
 
 import trajopt as to
 from benchmarks.proof_mutations import direct
@@ -230,3 +231,19 @@ def test_an_angular_speed_is_bounded_tightly(degree: int, joint: int, checker: C
     for share, holds in ((1.001, True), (0.9999, False)):
         shown = read({**rule, "limit": share * largest}, statement).holds(found)
         assert bool(shown.all()) == holds
+
+
+def test_a_rest_is_proven_after_an_end_without_a_limit_of_jerk(tmp_path: Path, checker: Checker) -> None:
+    """The arm brakes until its end, where its acceleration jumps to zero."""
+    folder = Path(trajopt_robots.__file__).parent / "planar2"
+    robot = to.load(folder / "planar2.urdf", srdf=folder / "planar2.srdf")
+    problem = replace(kept(dwell=0.5), scene=to.Scene(robot))
+    plan = to.plan(problem).require()
+    assert plan.trajectory.accelerations is not None
+    assert np.abs(plan.trajectory.accelerations[-1]).max() > 1.0
+    plan.save_proof(tmp_path / "x.proof")
+    proof = Proof.read(tmp_path / "x.proof")
+    assert proof.statement["judged"] == []
+    assert of_kind(proof.statement, "rest")[0]["since"] == plan.trajectory.duration
+    assert checker.fault(tmp_path / "x.proof") == ""
+    assert list(refuted(proof.statement)) == []

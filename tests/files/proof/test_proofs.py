@@ -14,6 +14,7 @@ import pytest
 import trajopt as to
 from tests.cli.process import trajopt
 from tests.files.proof.conftest import Checker, Proof, planar_problem, planned
+from trajopt.files.export import export
 from trajopt.files.proof import MotionProof, save_proof
 from trajopt.files.proof.proof import CHECKER
 from trajopt.problem.problem import named_problem
@@ -172,6 +173,17 @@ def test_motions_that_are_refused_or_linear_have_no_proof(tmp_path: Path, planar
     assert not (tmp_path / "x.proof").exists()
 
 
+def test_a_name_that_the_checker_cannot_print_is_refused(tmp_path: Path) -> None:
+    problem = planar_problem()
+    scene = problem.scene.add("line\nbreak", to.Sphere(0.02), to.placement((0.0, 0.0, 0.9)))
+    plan = to.plan(replace(problem, scene=scene, name="two\nlines")).require()
+    with pytest.raises(ProblemError, match=r"printable names .*, not 'line\\nbreak'"):
+        plan.save_proof(tmp_path / "x.proof")
+    plan = to.plan(replace(problem, name="two\nlines")).require()
+    plan.save_proof(tmp_path / "x.proof")
+    assert MotionProof.read(tmp_path / "x.proof").check().words.startswith("two lines")
+
+
 def test_the_commands_prove_and_check(tmp_path: Path, planar_plan: to.Plan) -> None:
     planar_plan.save(tmp_path / "x.trajopt")
     proven = trajopt("prove", str(tmp_path / "x.trajopt"), "--out", str(tmp_path / "x.proof"))
@@ -183,3 +195,16 @@ def test_the_commands_prove_and_check(tmp_path: Path, planar_plan: to.Plan) -> N
     data = (tmp_path / "x.proof").read_bytes()
     (tmp_path / "x.proof").write_bytes(data[:-1])
     assert trajopt("check", str(tmp_path / "x.proof")).returncode == 2
+
+
+def test_a_bundle_has_the_problem_of_a_motion_in_another_file(tmp_path: Path, planar_plan: to.Plan) -> None:
+    bundle, motion = tmp_path / "x.trajopt", tmp_path / "x.yaml"
+    planar_plan.save(bundle)
+    export(planar_plan, motion, to="ros2")
+    proven = trajopt("prove", str(motion), "--request", str(bundle), "--out", str(tmp_path / "x.proof"))
+    assert proven.returncode == 0 and "PROVEN" in proven.stdout, proven.stderr
+    assert trajopt("check", str(motion), "--request", str(bundle)).returncode == 0
+    for words in ((motion, "--request", bundle, "--robot", "planar2"), (bundle, "--scene", "a.yaml")):
+        refused = trajopt("check", *map(str, words))
+        assert refused.returncode == 2
+        assert "leave out --robot, --scene, --request and --motions" in refused.stderr

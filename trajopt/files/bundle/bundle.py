@@ -120,7 +120,7 @@ class Bundle(Value):
             str(self.problem),
         ]
         if self.answer:
-            lines.append(f"  answer       {self.answer.get('message', '')}")
+            lines.append(f"  answer       {self.answer.get('message', self.status)}")
         if self.trajectory is not None:
             lines.append(f"  motion       {self.trajectory}")
         return "\n".join(lines)

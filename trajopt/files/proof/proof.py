@@ -22,6 +22,7 @@ from trajopt.files.proof.statement import (
     Asked,
     asked,
     followed_goals,
+    printable,
     stated_joints,
     stated_motion,
     statement,
@@ -33,7 +34,7 @@ from trajopt.problem.problem import Problem
 from trajopt.robot.joints import JointLimits
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.documents.files import written_whole
-from trajopt.values.errors import FileFormatError, ProblemError
+from trajopt.values.errors import FileFormatError, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.shapes.shapes import Mesh
 from trajopt.values.trajectory import Interpolation, Trajectory
@@ -184,7 +185,7 @@ class MotionProof:
         parts = [part.document() for part in convex_parts(motion.among.reduced)]
         clouds = [(body.owner, cloud_centres(body).tolist()) for body in bodies if convex_part(body) is None]
         due: Mapping[str, object] = {
-            "title": problem.name,
+            "title": printable(problem.name),
             "motion": stated_motion(motion),
             "joints": stated_joints(motion.among, problem.moving_limits),
             "parts": parts,
@@ -228,7 +229,7 @@ def prove(problem: Problem, trajectory: Trajectory) -> MotionProof:
         trajectory: Of the group's joints, with velocities.
 
     Raises:
-        ProblemError: If the judge does not verify the motion, or no witness is found.
+        ProblemError: If the judge refuses the motion, no witness is found, or a name cannot be printed.
     """
     motion = verified_motion(problem, trajectory)
     pairs, leaves = _separated(motion)
@@ -239,6 +240,9 @@ def prove(problem: Problem, trajectory: Trajectory) -> MotionProof:
     documents, judged, grid = _shown(requirements, stated_torque(motion, problem.limits), grid)
     stated = statement(problem, motion, pairs, (*documents, *pairs.clouds), (*requirements.judged, *judged))
     said = json.dumps(stated, allow_nan=False).encode()
+    for name in map(json.loads, set(re.findall(rb'"(?:[^"\\]|\\.)*"', said))):
+        if name != printable(name):
+            raise ProblemError(f"a proof holds printable names of at most 1000 characters, not {shown(name)}")
     witness = _witness(np.setdiff1d(grid, knots), leaves, grid, len(pairs.pairs))
     data = b"proof/1 %d\n" % len(said) + said + hashlib.sha256(said).digest() + witness
     if len(data) > LARGEST:
@@ -288,7 +292,7 @@ def judged_motion(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
     kinematics, options = Kinematics(reduced), VerifyOptions()
     staying = problem.dwell if rests else 0.0
     if staying > 0.0:
-        trajectory = _with_rest(trajectory, staying)
+        trajectory = _with_rest(trajectory, staying, options.rest_speed)
     motion = JudgedMotion(reduced, trajectory, kinematics=kinematics, options=options, rests_after=rests)
     motion.staying = staying
     if timed is not None:
@@ -296,12 +300,21 @@ def judged_motion(problem: Problem, trajectory: Trajectory) -> JudgedMotion:
     return motion
 
 
-def _with_rest(trajectory: Trajectory, duration: float) -> Trajectory:
-    orders = (trajectory.velocities, trajectory.accelerations)
-    still = (None if each is None else np.vstack((each, np.zeros_like(each[-1:]))) for each in orders)
-    times = np.append(trajectory.times, trajectory.duration + duration)
-    positions = np.vstack((trajectory.positions, trajectory.positions[-1:]))
-    return Trajectory(trajectory.joint_names, times, positions, *still)
+def _with_rest(trajectory: Trajectory, staying: float, speed: float) -> Trajectory:
+    """Return a motion followed by a rest; accelerations of its end fall to zero within a speed of rest.
+
+    A quintic that returns to its start with an acceleration a within h has the coefficients 0, a h / 4,
+    -a h / 4, 0, 0 of its velocity.
+    """
+    times, orders = [trajectory.duration + staying], (trajectory.velocities, trajectory.accelerations)
+    left = 0.0 if trajectory.accelerations is None else float(np.abs(trajectory.accelerations[-1]).max())
+    if left > 0.0:
+        times.insert(0, trajectory.duration + min(2.0 * speed / left, staying / 2.0))
+    ends = [np.repeat(trajectory.positions[-1:], len(times), axis=0)]
+    ends += [np.zeros_like(ends[0]) for each in orders if each is not None]
+    rows = (each for each in (trajectory.positions, *orders) if each is not None)
+    values = (np.vstack(both) for both in zip(rows, ends, strict=True))
+    return Trajectory(trajectory.joint_names, np.append(trajectory.times, times), *values)
 
 
 def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:

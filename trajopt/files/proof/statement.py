@@ -19,6 +19,9 @@ from trajopt.values.trajectory import refined
 from trajopt.verify.checks.required import passages
 from trajopt.verify.kernel.motion import JudgedMotion, Polynomials, TimedMotion
 
+SETTLING = 9
+"""Times of the grid while accelerations fall to zero after the end of a motion."""
+
 
 @dataclass(frozen=True, eq=False)
 class Asked:
@@ -58,6 +61,9 @@ def asked(problem: Problem, motion: JudgedMotion) -> Asked:
     records = [replace(record, words=words) for words, record in found if record is not None]
     times, passed, missed = _on_the_way(problem, motion)
     times += tuple(time for record in records for time in record.times)
+    if motion.staying > 0.0:  # accelerations that end there are within their limits in parts of these cells
+        settling: Floats = np.linspace(begin, float(motion.trajectory.times[-2]), SETTLING)
+        times += tuple(settling.tolist())
     moments = (*times, begin, end) if problem.dwell > 0.0 else times
     return Asked((*records, *passed), (*judged, *missed, *_only_judged(problem, motion)), moments)
 
@@ -93,7 +99,7 @@ def _on_the_way(
             missed.append(f"waypoint {name}")
             continue
         times.add(passage.time)
-        at: Document = {"kind": "waypoint", "name": _printable(name), "time": passage.time}
+        at: Document = {"kind": "waypoint", "name": printable(name), "time": passage.time}
         found += [RequirementRecord({**at, "requirement": each}) for each in documents]
     for part in parts:
         since = 0.0 if part.after is None else passed[part.after].time
@@ -145,7 +151,7 @@ def statement(
     reduced, options = motion.reduced, motion.options
     start = (reduced.start_positions, problem.start_velocities, problem.start_accelerations)
     return {
-        "title": problem.name,
+        "title": printable(problem.name),
         "motion": stated_motion(motion),
         "drives": _drives(motion, pairs.knots),
         "joints": stated_joints(motion.among, problem.moving_limits),
@@ -164,7 +170,7 @@ def statement(
         "excused": [list(row) for row in pairs.excused],
         "contacts": [[*sorted(owners), *map(_finite, span)] for owners, span in pairs.contacts.items()],
         "requirements": list(requirements),
-        "judged": [_printable(each) for each in judged],
+        "judged": [printable(each) for each in judged],
     }
 
 
@@ -178,7 +184,8 @@ def stated_motion(motion: JudgedMotion) -> Document:
     }
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
+    """Return a text as a proof can hold it."""
     return "".join(sign if sign.isprintable() else " " for sign in text)[:1000]
 
 
