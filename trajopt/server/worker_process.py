@@ -1,22 +1,19 @@
 """A worker as the server sees it: a process at the other end of a socket."""
 
 import asyncio
-import os
 import signal
 import socket
 import subprocess
-import sys
 
 import msgspec
 
 from trajopt.server.limits import RequestRefused, Why
 from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, ToWorker, WorkerReady, framed
+from trajopt.values.processes import start_worker
 
 START = 120.0
 READ_AT_ONCE = 2**20
 """Bytes of a worker's answer taken in before its reader is woken: most answers are shorter."""
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment that keeps libraries from using the cores of other workers."""
 
 
 class WorkerLost(Exception):
@@ -93,14 +90,7 @@ def _started() -> tuple[subprocess.Popen[bytes], socket.socket]:
     mine, its = socket.socketpair()
     try:
         with its:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "trajopt.server.worker", str(its.fileno())],
-                pass_fds=(its.fileno(),),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                start_new_session=True,  # the terminal's Ctrl-C is for the server, which ends its workers
-                env={**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
-            )
+            process = start_worker("trajopt.server.worker", its.fileno())
     except BaseException:
         mine.close()
         raise

@@ -66,6 +66,18 @@ def answer_of(
     raise ProcessRefused(f"it cannot be read: {said[-1] if said else f'exit status {done.returncode}'}")
 
 
+def start_worker(module: str, *ends: int) -> "subprocess.Popen[bytes]":
+    """Start a module as a process with one thread for libraries, and files inherited by their numbers."""
+    return subprocess.Popen(
+        [sys.executable, "-m", module, *map(str, ends)],
+        pass_fds=ends,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        start_new_session=True,  # the terminal's Ctrl-C is for the parent, which ends its workers
+        env={**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+
+
 def cores() -> int:
     """Return the number of processor cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):  # on Linux only

@@ -4,7 +4,6 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import time
 from collections import deque
 from collections.abc import Generator, Sequence
@@ -20,7 +19,7 @@ from trajopt.lab.campaign.kept import CampaignFolder
 from trajopt.lab.campaign.row import Fate, lost_row
 from trajopt.values.errors import CampaignError
 from trajopt.values.errors.arguments import checked
-from trajopt.values.processes import cores
+from trajopt.values.processes import cores, start_worker
 
 START = 120.0
 """Time-out of a worker's start [s]: trajopt may be imported from a slow disk."""
@@ -32,8 +31,6 @@ its supervisor is busy, and sending never blocks.
 """
 ROOM = 2**18
 """Requested socket buffer [bytes]."""
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment that keeps libraries from using the cores of other workers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +55,6 @@ class WorkerSupervisor:
         self._killed = 0  # so often in a row before it was ready
         self._start()
 
-    @property
-    def pipe(self) -> "Connection[object, object]":
-        return self._pipe
-
-    @property
-    def until(self) -> float:
-        return self._until
-
     def give(self, block: Sequence[CampaignTask]) -> None:
         self._blocks.append(block)
         self._unsent += block
@@ -75,11 +64,11 @@ class WorkerSupervisor:
     def advance(self) -> Worked | None:
         """Process messages of the worker, and check the deadline; return the results of a completed block."""
         try:
-            while not self._whole and self._pipe.poll():
-                self._take(self._pipe.recv())
+            while not self._whole and self.pipe.poll():
+                self._take(self.pipe.recv())
         except (EOFError, OSError):
             self._died()
-        if not self._whole and time.monotonic() > self._until:
+        if not self._whole and time.monotonic() > self.until:
             self._ran_over()
         if not self._whole:
             return None
@@ -90,11 +79,11 @@ class WorkerSupervisor:
     def run(self, block: Sequence[CampaignTask]) -> Worked:
         self.give(block)
         while (worked := self.advance()) is None:
-            wait([self._pipe], timeout=max(0.0, min(self._until - time.monotonic(), 1.0)))
+            wait([self.pipe], timeout=max(0.0, min(self.until - time.monotonic(), 1.0)))
         return worked
 
     def close(self) -> None:
-        self._pipe.close()
+        self.pipe.close()
         self._marks.close()
         if self._process.poll() is None:
             self._process.kill()
@@ -115,16 +104,9 @@ class WorkerSupervisor:
             for end in (mine, its):
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, ROOM)
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "trajopt.lab.campaign.worker", str(its.fileno()), str(marks.fileno())],
-                pass_fds=(its.fileno(), marks.fileno()),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                start_new_session=True,  # the terminal's Ctrl-C is for whoever runs the campaign
-                env={**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
-            )
-        self._pipe: Connection[object, object] = Connection(mine.detach())
-        self._ready, self._until = False, time.monotonic() + START
+            self._process = start_worker("trajopt.lab.campaign.worker", its.fileno(), marks.fileno())
+        self.pipe: Connection[object, object] = Connection(mine.detach())
+        self._ready, self.until = False, time.monotonic() + START
         self._told = self._marked = 0  # problems that this worker told of, and began
         self._say(self._setup)
 
@@ -147,7 +129,7 @@ class WorkerSupervisor:
 
     def _say(self, what: object) -> None:
         try:
-            self._pipe.send(what)
+            self.pipe.send(what)
         except OSError:
             pass  # it has ended, which the next reading tells
 
@@ -155,7 +137,7 @@ class WorkerSupervisor:
         self._read_marks()
         if self._marked <= self._told:
             self._begun = time.monotonic()
-        self._until = self._begun + self._setup.most_seconds if self._sent else float("inf")
+        self.until = self._begun + self._setup.most_seconds if self._sent else float("inf")
 
     def _read_marks(self) -> None:
         marks = self._marks.read(2 * PIPED * engine.MARK.size)
@@ -197,8 +179,8 @@ class WorkerSupervisor:
         if not self._ready:
             raise CampaignError(f"a worker was not ready after {START:g} s")
         at = self._at()
-        self._until = self._begun + self._setup.most_seconds
-        if time.monotonic() <= self._until:
+        self.until = self._begun + self._setup.most_seconds
+        if time.monotonic() <= self.until:
             return
         self._ending()
         self._give_up(at, Fate.RAN_OVER, f"{self._setup.most_seconds:g} s")
@@ -215,7 +197,7 @@ class WorkerSupervisor:
         self._start()
 
     def _ending(self) -> str:
-        self._pipe.close()
+        self.pipe.close()
         try:
             code = self._process.wait(1.0)
         except subprocess.TimeoutExpired:
