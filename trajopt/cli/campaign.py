@@ -12,12 +12,7 @@ from typing import Annotated, NoReturn
 import numpy as np
 import typer
 
-from trajopt.cli.options import (
-    JsonOption,
-    RobotSource,
-    read_files,
-    robot_options,
-)
+from trajopt.cli.options import JsonOption, RobotSource, read_files, robot_options
 from trajopt.cli.progress import quiet_bar
 from trajopt.files.moveit import read_scene
 from trajopt.lab import campaign as campaigns
@@ -45,60 +40,6 @@ KeptOption = Annotated[
     Path, typer.Option("--experience", help="Warehouse for the motions; created if missing.")
 ]
 PointsOption = Annotated[int, typer.Option("--points", min=2, help="Number of points of each motion.")]
-
-
-def report(
-    folder: FolderArgument,
-    beside: BesideOption = None,
-    html: HtmlOption = None,
-    picture: PictureOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Summarise the present results, and compare them with another campaign. Exit status 0 or 2."""
-    opened = campaigns.CampaignFolder.open(folder)
-    found = campaigns.summary(opened)
-    compared = (
-        None if beside is None else campaigns.compare_campaigns(campaigns.CampaignFolder.open(beside), opened)
-    )
-    if html is not None:
-        write_text(html, page(found, compared))
-    if picture is not None:
-        if found.places is None:
-            raise CampaignError(f"{folder} does not vary the place of a base: there is no map to draw")
-        write_text(picture, map_of(found.places))
-    if as_json:
-        beside_it = None if compared is None else compared.as_dict()
-        typer.echo(json.dumps({**found.as_dict(), "beside": beside_it}))
-    else:
-        typer.echo("\n".join(lines(found, compared)))
-
-
-def extract_rows(folder: FolderArgument, rows: RowsArgument, out: BundlesOption = Path()) -> None:
-    """Plan rows again and write bundles. Exit status 0 if the results match, 1 if not, 2 bad input."""
-    opened = campaigns.CampaignFolder.open(folder)
-    found = [campaigns.extract(opened, row, out / f"{row}.trajopt") for row in rows]
-    words = {True: "as in the row", False: "NOT as in the row", None: "the problem alone"}
-    for each in found:
-        typer.echo(f"{each.path}: {words[each.same]}")
-    raise typer.Exit(1 if any(each.same is False for each in found) else 0)
-
-
-def write_dataset(folder: FolderArgument, out: TableOption, points: PointsOption = 64) -> None:
-    """Write the verified motions as arrays of one shape, for training. Exit status 0 or 2."""
-    found = campaigns.dataset(campaigns.CampaignFolder.open(folder), points)
-    found.write(out)
-    typer.echo(f"{len(found)} motions of {len(found.joint_names)} joints at {points} points each: {out}")
-
-
-def remember_rows(folder: FolderArgument, experience: KeptOption) -> None:
-    """Store the verified motions as experience for plan and bench. Exit status 0 or 2."""
-    opened = campaigns.CampaignFolder.open(folder)
-    with Warehouse(experience) as kept:
-        remembered = kept.experience()
-        count = campaigns.remember(opened, remembered)
-        typer.echo(f"{count} motions more, {len(remembered)} are remembered in {experience}")
-
-
 INTERRUPTED = 130
 DEFAULT_STEPS = (0.0, 0.0, 1)
 
@@ -265,13 +206,60 @@ def status(folder: FolderArgument, as_json: JsonOption = False) -> None:
     raise typer.Exit(0 if tell_status(campaigns.CampaignFolder.open(folder), as_json=as_json) else 1)
 
 
-for name, results in (
-    ("report", report),
-    ("extract", extract_rows),
-    ("dataset", write_dataset),
-    ("remember", remember_rows),
-):
-    campaign.command(name)(results)
+@campaign.command()
+def report(
+    folder: FolderArgument,
+    beside: BesideOption = None,
+    html: HtmlOption = None,
+    picture: PictureOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Summarise the present results, and compare them with another campaign. Exit status 0 or 2."""
+    opened = campaigns.CampaignFolder.open(folder)
+    found = campaigns.summary(opened)
+    compared = (
+        None if beside is None else campaigns.compare_campaigns(campaigns.CampaignFolder.open(beside), opened)
+    )
+    if html is not None:
+        write_text(html, page(found, compared))
+    if picture is not None:
+        if found.places is None:
+            raise CampaignError(f"{folder} does not vary the place of a base: there is no map to draw")
+        write_text(picture, map_of(found.places))
+    if as_json:
+        beside_it = None if compared is None else compared.as_dict()
+        typer.echo(json.dumps({**found.as_dict(), "beside": beside_it}))
+    else:
+        typer.echo("\n".join(lines(found, compared)))
+
+
+@campaign.command("extract")
+def extract_rows(folder: FolderArgument, rows: RowsArgument, out: BundlesOption = Path()) -> None:
+    """Plan rows again and write bundles. Exit status 0 if the results match, 1 if not, 2 bad input."""
+    opened = campaigns.CampaignFolder.open(folder)
+    found = [campaigns.extract(opened, row, out / f"{row}.trajopt") for row in rows]
+    words = {True: "as in the row", False: "NOT as in the row", None: "the problem alone"}
+    for each in found:
+        typer.echo(f"{each.path}: {words[each.same]}")
+    raise typer.Exit(1 if any(each.same is False for each in found) else 0)
+
+
+@campaign.command("dataset")
+def write_dataset(folder: FolderArgument, out: TableOption, points: PointsOption = 64) -> None:
+    """Write the verified motions as arrays of one shape, for training. Exit status 0 or 2."""
+    found = campaigns.dataset(campaigns.CampaignFolder.open(folder), points)
+    found.write(out)
+    typer.echo(f"{len(found)} motions of {len(found.joint_names)} joints at {points} points each: {out}")
+
+
+@campaign.command("remember")
+def remember_rows(folder: FolderArgument, experience: KeptOption) -> None:
+    """Store the verified motions as experience for plan and bench. Exit status 0 or 2."""
+    opened = campaigns.CampaignFolder.open(folder)
+    with Warehouse(experience) as kept:
+        remembered = kept.experience()
+        count = campaigns.remember(opened, remembered)
+        typer.echo(f"{count} motions more, {len(remembered)} are remembered in {experience}")
 
 
 def planned(folder: campaigns.CampaignFolder, engine: campaigns.Engine, *, as_json: bool) -> NoReturn:

@@ -53,10 +53,6 @@ def chosen_frame(reduced: ReducedModel, frame: str) -> str:
     return frame_of(reduced, tip)
 
 
-def generator(seed: int) -> np.random.Generator:
-    return np.random.default_rng(seed)
-
-
 TableOption = Annotated[Path, typer.Option("--out", help="Output table (.npz or .parquet).")]
 AllOption = Annotated[
     bool, typer.Option("--all", help="Keep configurations in collision too; the column `clear` marks them.")
@@ -86,7 +82,7 @@ def sample(
             reduced,
             tip,
             count,
-            rng=generator(seed),
+            rng=np.random.default_rng(seed),
             margin=margin,
             only_clear=not keep_all,
             progress=progress,
@@ -134,7 +130,7 @@ def reach(
             reduced,
             tip,
             count,
-            rng=generator(seed),
+            rng=np.random.default_rng(seed),
             cell=cell,
             directions=directions,
             reference=reference,

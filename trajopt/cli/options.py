@@ -101,18 +101,15 @@ class RobotSource:
 
     def load(self) -> Robot:
         with status_line(f"loading {self.robot}: covering its meshes, once"):
-            return self._load()
-
-    def _load(self) -> Robot:
-        return load(
-            self.robot,
-            srdf=self.srdf,
-            limits=self.limits,
-            package_dirs=self.package_dirs,
-            meshes=MeshPolicy(exact=True) if self.exact_meshes else None,
-            torque_scaling=self.torque_scaling,
-            limit_jerk=self.limit_jerk,
-        )
+            return load(
+                self.robot,
+                srdf=self.srdf,
+                limits=self.limits,
+                package_dirs=self.package_dirs,
+                meshes=MeshPolicy(exact=True) if self.exact_meshes else None,
+                torque_scaling=self.torque_scaling,
+                limit_jerk=self.limit_jerk,
+            )
 
     def as_dict(self) -> dict[str, object]:
         is_file = Path(self.robot).is_file()

@@ -1,7 +1,6 @@
 """`trajopt serve`: a planning server for clients on this machine, or on others that know the token."""
 
 import asyncio
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +12,7 @@ from trajopt.robot.robot import Robot
 from trajopt.values.errors import MissingExtra, ModelError
 
 if TYPE_CHECKING:
+    from trajopt.ros.rosbridge import RosbridgeOptions
     from trajopt.server import Service
     from trajopt.server.http import HttpOptions, Metrics
     from trajopt.server.service import Face
@@ -70,42 +70,20 @@ CloudOption = Annotated[
 RosOption = Annotated[Ros, typer.Option("--ros", help="ROS distribution to emulate.", rich_help_panel=PANEL)]
 
 
-@dataclass(frozen=True)
-class RosbridgeFace:
-    """Options of the rosbridge server; `token` is the secret in its address, if any."""
+def rosbridge_face(source: RobotSource, robot: Robot, options: "RosbridgeOptions") -> "Face":
+    """Return the rosbridge server for a robot."""
+    from trajopt.ros.rosbridge import RobotDescription, serve_rosbridge
 
-    host: str
-    port: int
-    mesh_port: int
-    origins: tuple[str, ...]
-    ros: Ros
-    clouds: tuple[str, ...] = ()
-    token: str = ""
+    description = RobotDescription.of(robot, source.srdf, source.package_dirs)
 
-    def of(self, source: RobotSource, robot: Robot, names: tuple[str, ...]) -> "Face":
-        """Return the server for a robot."""
-        from trajopt.ros.rosbridge import Distro, RobotDescription, RosbridgeOptions, serve_rosbridge
+    def listening(at: int, meshes: int) -> None:
+        shown = f"[{options.host}]" if ":" in options.host else options.host
+        typer.echo(f"listening on ws://{shown}:{at} (rosbridge) and http://{shown}:{meshes} (meshes)")
 
-        description = RobotDescription.of(robot, source.srdf, source.package_dirs)
-        options = RosbridgeOptions(
-            host=self.host,
-            port=self.port,
-            mesh_port=self.mesh_port,
-            origins=self.origins,
-            names=names,
-            clouds=self.clouds,
-            token=self.token,
-            distro=Distro[self.ros.name],
-        )
+    async def face(service: "Service", stop: asyncio.Event) -> None:
+        await serve_rosbridge(service, description, options, ready=listening, stop=stop)
 
-        def listening(at: int, meshes: int) -> None:
-            shown = f"[{self.host}]" if ":" in self.host else self.host
-            typer.echo(f"listening on ws://{shown}:{at} (rosbridge) and http://{shown}:{meshes} (meshes)")
-
-        async def face(service: "Service", stop: asyncio.Event) -> None:
-            await serve_rosbridge(service, description, options, ready=listening, stop=stop)
-
-        return face
+    return face
 
 
 OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.ros.rosbridge.answers"
@@ -194,9 +172,19 @@ def serve(
 
     faces, modules = [http_face(options, metrics)], [OPERATIONS, SESSION_PAGE]
     if rosbridge_port is not None:
-        origins, clouds = tuple(rosbridge_origin or ()), tuple(rosbridge_cloud or ())
-        told = RosbridgeFace(rosbridge_host, rosbridge_port, mesh_port, origins, ros, clouds, rosbridge_token)
-        faces.append(told.of(robot[0], next(iter(robots.values())), options.names))
+        from trajopt.ros.rosbridge import Distro, RosbridgeOptions
+
+        rosbridge = RosbridgeOptions(
+            host=rosbridge_host,
+            port=rosbridge_port,
+            mesh_port=mesh_port,
+            origins=tuple(rosbridge_origin or ()),
+            names=options.names,
+            clouds=tuple(rosbridge_cloud or ()),
+            token=rosbridge_token,
+            distro=Distro[ros.name],
+        )
+        faces.append(rosbridge_face(robot[0], next(iter(robots.values())), rosbridge))
         modules.append(ROSBRIDGE_OPERATIONS)
     write_log()
     kept = None if warehouse is None else Warehouse(warehouse)

@@ -7,12 +7,7 @@ from typing import Annotated
 
 import typer
 
-from trajopt.cli.options import (
-    JsonOption,
-    MotionsOption,
-    RobotSource,
-    robot_options,
-)
+from trajopt.cli.options import JsonOption, MotionsOption, RobotSource, robot_options
 from trajopt.cli.problems import (
     MotionArgument,
     OptionalRequest,

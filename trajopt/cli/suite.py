@@ -25,9 +25,7 @@ from trajopt.lab.suite import (
     pages,
     run,
 )
-from trajopt.lab.suite import (
-    instance as instances_of,
-)
+from trajopt.lab.suite import instance as instances_of
 from trajopt.lab.suite.outcome import summaries
 from trajopt.optimise.methods import Method, method_named, method_names
 from trajopt.planning.result import Result

@@ -54,16 +54,6 @@ def _planned(job: Task, *, improve: bool, seconds: float | None) -> TaskResult:
         return plan_task(job, improve=improve, seconds=seconds, progress=line.show)
 
 
-def _write(result: TaskResult, out: Path) -> None:
-    match out.suffix:
-        case ".trajopt":
-            result.save(out)
-        case ".html":
-            write_report(result, out)
-        case _:
-            write_json(out, result.as_dict())
-
-
 @task.command()
 @options.robot_options
 def check(
@@ -91,7 +81,13 @@ def plan(
     """Plan a job and print its cycle times. Exit status 0 verified, 1 no plan, 2 bad input."""
     result = _planned(_read(robot, job, scene), improve=improve, seconds=seconds)
     if out is not None:
-        _write(result, out)
+        match out.suffix:
+            case ".trajopt":
+                result.save(out)
+            case ".html":
+                write_report(result, out)
+            case _:
+                write_json(out, result.as_dict())
     typer.echo(json.dumps(result.as_dict(), allow_nan=False) if as_json else str(result.explain()))
     raise typer.Exit(0 if result.verified else 1)
 

@@ -16,12 +16,7 @@ from trajopt.cli.options import (
     SecondsOption,
     robot_options,
 )
-from trajopt.cli.problems import (
-    OptionalRequest,
-    OptionalScene,
-    model_and_motion,
-    motions_in,
-)
+from trajopt.cli.problems import OptionalRequest, OptionalScene, model_and_motion, motions_in
 from trajopt.driving.recording import RecordingFile
 from trajopt.files.moveit import read_scene
 from trajopt.files.moveit.trajectories import FORMATS

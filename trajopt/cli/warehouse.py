@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 from pathlib import Path
 from typing import Annotated, Any, cast
@@ -24,6 +23,7 @@ from trajopt.tasks.cartesian import Followed
 from trajopt.tasks.sequence import MotionSequence
 from trajopt.values.documents.document import read_document
 from trajopt.values.errors import FileFormatError, ModelError, shown
+from trajopt.values.printed import aligned
 
 warehouse = typer.Typer(
     help="Store robots, scenes, problems, plans, states and constraints in one file, by name and version.",
@@ -149,8 +149,8 @@ def add(
         with Warehouse(file) as kept:
             entry = kept.add_bundle(bundle, name, tags=tags, note=note)
     else:
-        given = Given(robot, srdf, tuple(package_dir or ()), scene, request, state, constraints)
-        value = value_given(given)
+        options = robot, srdf, tuple(package_dir or ()), scene, request, state, constraints
+        value = value_given(*options)
         with Warehouse(file) as kept:
             entry = kept.add(name, value, tags=tags, note=note)
     typer.echo(json.dumps(entry.as_dict()) if as_json else f"kept: {entry}")
@@ -227,11 +227,7 @@ def listing(entries: Sequence[Entry]) -> str:
         for entry in entries
     ]
     table = [("kind", "name", "version", "robot", "status", "motion", "kept", "tags"), *rows]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in table
-    )
+    return "\n".join(aligned(table))
 
 
 def _say(entries: Sequence[Entry], done: str, *, as_json: bool) -> None:
@@ -272,33 +268,27 @@ def _day(text: str, *, end: bool = False) -> datetime | None:
     return when + timedelta(days=1) if end and alone else when
 
 
-@dataclass(frozen=True)
-class Given:
-    """Options that state an entry."""
-
-    robot: str | None
-    srdf: Path | None = None
-    packages: tuple[Path, ...] = ()
-    scene: Path | None = None
-    request: Path | None = None
-    state: Path | None = None
-    constraints: Path | None = None
-
-
-def value_given(given: Given) -> Robot | Scene | Problem | StoredState | Constraints:
-    """Return the value to add."""
-    if given.robot is None:
+def value_given(
+    name: str | None,
+    srdf: Path | None,
+    packages: tuple[Path, ...],
+    scene: Path | None,
+    request: Path | None,
+    state: Path | None,
+    constraints: Path | None,
+) -> Robot | Scene | Problem | StoredState | Constraints:
+    """Return the value that options state."""
+    if name is None:
         raise ModelError("give the entry: --bundle, or --robot, alone or with an option of its own")
-    chosen = [each for each in (given.scene, given.state, given.constraints) if each is not None]
-    if len(chosen) > 1 or (given.request is not None and given.scene is None):
+    if sum(each is not None for each in (scene, state, constraints)) > 1 or (request and not scene):
         raise ModelError("give one of --scene (with or without --request), --state and --constraints")
-    robot = RobotSource(given.robot, given.srdf, None, given.packages).load()
-    if given.scene is not None:
-        around = read_scene(given.scene, robot)
-        return around.scene if given.request is None else read_request(given.request, around).problem()
-    if given.state is not None:
-        return StoredState(robot.name, checked_joint_positions(read_document(given.state), robot))
-    return robot if given.constraints is None else _constraints(given.constraints, robot)
+    robot = RobotSource(name, srdf, None, packages).load()
+    if scene is not None:
+        around = read_scene(scene, robot)
+        return around.scene if request is None else read_request(request, around).problem()
+    if state is not None:
+        return StoredState(robot.name, checked_joint_positions(read_document(state), robot))
+    return robot if constraints is None else _constraints(constraints, robot)
 
 
 def _constraints(path: Path, robot: Robot) -> Constraints:

@@ -133,7 +133,7 @@ def _numbers(values: Floats) -> str:
     return ", ".join(f"{value + 0.0:.4g}" for value in np.asarray(values).round(4).tolist())
 
 
-def aligned(rows: Sequence[Sequence[str]], *, right: frozenset[int]) -> list[str]:
+def aligned(rows: Sequence[Sequence[str]], *, right: frozenset[int] = frozenset()) -> list[str]:
     """Return rows as lines with columns padded to one width; `right` ones are right-aligned."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     return [
