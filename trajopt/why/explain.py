@@ -57,20 +57,16 @@ def explain(
     one_of("plan_again", plan_again, bool)
     function("plan", plan)
     if one_of("result", result, Result).alternatives:
-        return _of_a_goal_set(result, plan_again, plan)
+        name, nearest = next(iter(result.alternatives.items()))
+        alone = explain(nearest, plan_again=plan_again, plan=plan)
+        grounds = f"of the goal {shown(name)}, {alone.grounds}"
+        return replace(alone, reason=result.reason, grounds=grounds, certainty=result.certainty)
     found = diagnose(result)
     if result.verified:
         return replace(found, prices=prices(result, seconds=plan_again))
     if plan_again:
         return replace(found, remedies=smallest_changes(candidates(found), plan))
     return found
-
-
-def _of_a_goal_set(result: Result, plan_again: bool, plan: Callable[[Problem], Result]) -> Explanation:
-    name, nearest = next(iter(result.alternatives.items()))
-    alone = explain(nearest, plan_again=plan_again, plan=plan)
-    grounds = f"of the goal {shown(name)}, {alone.grounds}"
-    return replace(alone, reason=result.reason, grounds=grounds, certainty=result.certainty)
 
 
 AT_THE_START = {

@@ -1,7 +1,7 @@
 """Explanation: outcome, cause, evidence and remedies; and the diagnosis, which does not plan again."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -123,13 +123,25 @@ def diagnose(result: Result) -> Explanation:
     return _BY_STATUS.get(result.status, _of_the_way)(result)
 
 
-def _plain(result: Result, grounds: str, certainty: Certainty | None = None) -> Explanation:
+def _explained(
+    result: Result,
+    grounds: str,
+    *,
+    blocks: tuple[Obstruction, ...] = (),
+    conflict: tuple[str, ...] = (),
+    configuration: Floats | None = None,
+    nearest: NearestFree | None = None,
+) -> Explanation:
     return Explanation(
         problem=result.problem,
         status=result.status,
         reason=result.reason,
-        certainty=result.certainty if certainty is None else certainty,
+        certainty=result.certainty,
         grounds=grounds,
+        blocks=blocks,
+        conflict=conflict,
+        configuration=configuration,
+        nearest_free=nearest,
         path=result.path,
         attempts=result.attempts,
     )
@@ -140,21 +152,21 @@ def _of_seeds(result: Result) -> str:
 
 
 def _solved(result: Result) -> Explanation:
-    return _plain(result, "the judge recomputed everything from the motion alone")
+    return _explained(result, "the judge recomputed everything from the motion alone")
 
 
 def _cannot(result: Result) -> Explanation:
-    return _plain(result, "the method said so before anything began")
+    return _explained(result, "the method said so before anything began")
 
 
 def _too_fast(result: Result) -> Explanation:
-    return _plain(result, "that joint's own limits alone bound how hard it can brake")
+    return _explained(result, "that joint's own limits alone bound how hard it can brake")
 
 
 def _too_late(result: Result) -> Explanation:
     if result.certainty is Certainty.PROVEN:
-        return _plain(result, "the limits of the joints alone bound how soon any motion can be over")
-    return _plain(result, f"no sooner motion was found{_of_seeds(result)}")
+        return _explained(result, "the limits of the joints alone bound how soon any motion can be over")
+    return _explained(result, f"no sooner motion was found{_of_seeds(result)}")
 
 
 def _start(result: Result) -> Explanation:
@@ -165,7 +177,7 @@ def _never_apart(result: Result) -> Explanation:
     start = result.problem.reduced.start_positions
     blocks = blocks_of(Judge(result.problem.reduced).examine(start, moment=Moment.START))
     grounds = f"{result.message}: boxes that cover all positions of the joints between were closed one by one"
-    return _with(_plain(result, grounds), blocks=blocks, configuration=start)
+    return _explained(result, grounds, blocks=blocks, configuration=start)
 
 
 def _goal(result: Result) -> Explanation:
@@ -176,7 +188,7 @@ def _goal(result: Result) -> Explanation:
         return _end(result, goal, Moment.END)
     if beyond:
         grounds = "no position within the limits is within the goal's tolerance"
-        return _with(_plain(result, grounds), blocks=beyond)
+        return _explained(result, grounds, blocks=beyond)
     return _searched_goal(result)
 
 
@@ -199,8 +211,9 @@ def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
         grounds = f"{result.message}; other configurations may be free"
     elif moment is Moment.END:
         grounds += ", and nothing within the goal's tolerance can differ enough"
-    return _with(
-        _plain(result, grounds),
+    return _explained(
+        result,
+        grounds,
         blocks=blocks,
         configuration=positions,
         nearest=nearest_free(problem, positions, moment),
@@ -228,8 +241,9 @@ def _searched_goal(result: Result) -> Explanation:
         conflict = tuple(str(item) for item in clash)
     proven = result.certainty is Certainty.PROVEN
     grounds = result.message if proven else f"{result.message}; other configurations may exist"
-    return _with(
-        _plain(result, grounds),
+    return _explained(
+        result,
+        grounds,
         blocks=blocks,
         conflict=conflict if len(conflict) > 1 else (),
         configuration=None if touching is None else touching.positions,
@@ -259,7 +273,7 @@ def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tup
 
 def _walled_in(result: Result) -> Explanation:
     grounds = f"{result.message}: boxes that cover all such configurations were closed one by one"
-    return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
+    return _explained(result, grounds, blocks=_way_blocks(result), configuration=_worst(result))
 
 
 def _of_the_way(result: Result) -> Explanation:
@@ -273,7 +287,7 @@ def _of_the_way(result: Result) -> Explanation:
     grounds = f"of {in_number(result.attempts, 'seed')} none led to a plan: {stopped} were blocked"
     if not result.attempts:
         grounds = result.message
-    return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
+    return _explained(result, grounds, blocks=_way_blocks(result), configuration=_worst(result))
 
 
 def _way_blocks(result: Result) -> tuple[Obstruction, ...]:
@@ -300,37 +314,33 @@ def _timing(result: Result) -> Explanation:
     weak = [(judge.overloads(knot, limits=problem.limits), knot) for knot in result.path.knots]
     worst = max(weak, key=lambda item: max((each.excess for each in item[0]), default=-np.inf))
     grounds = f"{result.message} on every path found{_of_seeds(result)}"
-    return _with(
-        _plain(result, grounds),
+    return _explained(
+        result,
+        grounds,
         blocks=blocks_of_overloads(worst[0]),
         configuration=worst[1] if worst[0] else None,
     )
 
 
-def _swept(result: Result) -> Explanation:
-    if result.certainty is Certainty.PROVEN:
-        grounds = (
-            "each joint's own limits bound where it can be by then, and boxes that cover all of that were "
-            "closed with depths that the judge measured"
-        )
-    else:
-        grounds = "configurations that may be reached by then were drawn at random; others may be clear"
-    return _with(
-        _plain(result, grounds), blocks=result.blocks, configuration=result.problem.reduced.start_positions
-    )
+_GROUNDS = {
+    Status.INEVITABLE: (
+        "each joint's own limits bound where it can be by then, and boxes that cover all of that were "
+        "closed with depths that the judge measured",
+        "configurations that may be reached by then were drawn at random; others may be clear",
+    ),
+    Status.FIXED_LINK_MET: (
+        "the two are as near to each other whatever the joints do, the judge measured how near, and by "
+        "their own limits the joints are not all at the goal before",
+        "the motion planned without what changes takes longer; another may be over before",
+    ),
+}
+"""Grounds of a contact at the start, proven and as evidence."""
 
 
-def _fixed_link_met(result: Result) -> Explanation:
-    if result.certainty is Certainty.PROVEN:
-        grounds = (
-            "the two are as near to each other whatever the joints do, the judge measured how near, and by "
-            "their own limits the joints are not all at the goal before"
-        )
-    else:
-        grounds = "the motion planned without what changes takes longer; another may be over before"
-    return _with(
-        _plain(result, grounds), blocks=result.blocks, configuration=result.problem.reduced.start_positions
-    )
+def _met_at_start(result: Result) -> Explanation:
+    grounds = _GROUNDS[result.status][result.certainty is not Certainty.PROVEN]
+    start = result.problem.reduced.start_positions
+    return _explained(result, grounds, blocks=result.blocks, configuration=start)
 
 
 def _occupied(result: Result) -> Explanation:
@@ -341,14 +351,14 @@ def _occupied(result: Result) -> Explanation:
     else:
         grounds = "the goal configurations that were found were looked at every 20 ms; others may be free"
     at = None if result.trajectory is None else result.trajectory.positions[-1]
-    return _with(_plain(result, grounds), blocks=result.blocks, configuration=at)
+    return _explained(result, grounds, blocks=result.blocks, configuration=at)
 
 
 def _in_time(result: Result) -> Explanation:
     grounds = (
         "the motion planned without what changes was looked at every 20 ms, and other ways were tried in vain"
     )
-    return _with(_plain(result, grounds), blocks=result.blocks)
+    return _explained(result, grounds, blocks=result.blocks)
 
 
 def _refused(result: Result) -> Explanation:
@@ -370,18 +380,7 @@ def _refused(result: Result) -> Explanation:
     if blocks and blocks[0].place is not None and result.trajectory is not None:
         at = result.trajectory(blocks[0].place * result.trajectory.duration)
     grounds = f"the judge refused the motion that came nearest{_of_seeds(result)}"
-    return _with(_plain(result, grounds), blocks=blocks, configuration=at)
-
-
-def _with(
-    plain: Explanation,
-    *,
-    blocks: tuple[Obstruction, ...],
-    conflict: tuple[str, ...] = (),
-    configuration: Floats | None = None,
-    nearest: NearestFree | None = None,
-) -> Explanation:
-    return replace(plain, blocks=blocks, conflict=conflict, configuration=configuration, nearest_free=nearest)
+    return _explained(result, grounds, blocks=blocks, configuration=at)
 
 
 _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
@@ -401,8 +400,8 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.TOO_LATE: _too_late,
     Status.METHOD_CANNOT: _cannot,
     Status.PROVEN_INFEASIBLE: _walled_in,
-    Status.INEVITABLE: _swept,
-    Status.FIXED_LINK_MET: _fixed_link_met,
+    Status.INEVITABLE: _met_at_start,
+    Status.FIXED_LINK_MET: _met_at_start,
     Status.GOAL_OCCUPIED: _occupied,
     Status.BLOCKED_IN_TIME: _in_time,
     Status.NO_TIMING: _timing,

@@ -15,7 +15,7 @@ from trajopt.optimise.terms.gravity_torque import HoldingTorque
 from trajopt.optimise.transcription import KnotsNlp, transcribe
 from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
-from trajopt.problem.requirements import DEGREES, MILLIMETRES, PLAIN, Requirement, ShownUnit
+from trajopt.problem.requirements import DEGREES, MILLIMETRES, PLAIN, Requirement
 from trajopt.problem.requirements.joints import SHARE
 from trajopt.problem.residual import WHOLE
 from trajopt.robot.joints import LimitKind
@@ -285,17 +285,13 @@ def _requirements(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> It
         push = sum(value for key, value in dear.items() if (key.kind, key.name) in mine)
         if push == 0.0:
             continue
-        unit = _unit(required)
+        unit = next((way.unit for way in required.relaxations), PLAIN)
         yield Price(
             what=", ".join(sorted({residual.name for residual in residuals})),
             unit=unit.name or "unit",
             objective=push * unit.size,
             seconds=_saved_by(base, required) if seconds else None,
         )
-
-
-def _unit(required: Requirement) -> ShownUnit:
-    return next((way.unit for way in required.relaxations), PLAIN)
 
 
 def _saved_by(base: _Solved, required: Requirement) -> float | None:
