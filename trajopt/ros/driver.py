@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import count
 from math import inf
 from threading import Event, Lock, Thread
-from typing import Protocol, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -121,7 +121,7 @@ class FollowJointTrajectoryExecutor:
             raise ProblemError(f"tolerance must not be negative, is {shown(self.tolerance.tolist())}")
         self._silence, self._topic, self._generation = silence, joint_states, generation
         kind = Ros2Action if generation is msg.Generation.ROS2 else Ros1Action
-        self._action: TrajectoryAction = kind(action)
+        self._action = kind(action)
         self._failure, self._goal = "", ""
         self._numbers, self._name = count(1), uuid.uuid4().hex
         self._lock, self._first = Lock(), Event()
@@ -240,7 +240,8 @@ class FollowJointTrajectoryExecutor:
             return
         velocities = _chosen("velocity", node["velocity"].value, columns)
         if velocities is None:
-            velocities = _rates(before, moment, positions)
+            span = inf if before is None else moment - before.stamp
+            velocities = (positions - (positions if before is None else before.positions)) / span
         self._measured = _Measured(moment, positions, velocities)
         self._first.set()
 
@@ -250,11 +251,6 @@ def _chosen(name: str, stated: object, columns: list[int]) -> Floats | None:
         return None
     values = [cast(list[object], stated)[column] for column in columns]
     return None if None in values else floats(name, cast(ArrayLike, values), (len(columns),))
-
-
-def _rates(before: _Measured | None, moment: float, positions: Floats) -> Floats:
-    span = inf if before is None else moment - before.stamp
-    return (positions - (positions if before is None else before.positions)) / span
 
 
 class RosbridgeClient:
@@ -299,26 +295,6 @@ SUCCEEDED = 4
 """Status of a goal that was reached (`action_msgs/GoalStatus`)."""
 
 
-class TrajectoryAction(Protocol):
-    """An action of the type FollowJointTrajectory."""
-
-    def begin(self, client: RosbridgeClient) -> None:
-        """Prepare a connection."""
-        ...
-
-    def send(self, client: RosbridgeClient, goal_id: str, goal: msg.FollowJointTrajectoryGoal) -> str:
-        """Send a goal; return the reason if it cannot be sent."""
-        ...
-
-    def cancel(self, client: RosbridgeClient, goal_id: str) -> None:
-        """Cancel a goal."""
-        ...
-
-    def ended(self, incoming: Incoming) -> tuple[str, str] | None:
-        """Return the id of the goal that a message ends, and why it failed; None if it ends none."""
-        ...
-
-
 class Ros2Action:
     """The operations of the rosbridge protocol, version 2, for actions of ROS 2."""
 
@@ -345,7 +321,9 @@ class Ros2Action:
         if incoming.op != "action_result":
             return None
         done = incoming.result and incoming.status == SUCCEEDED
-        reason = _reason(plain(incoming.values), f"its status is {incoming.status}")
+        values = plain(incoming.values)
+        text = cast(Mapping[str, object], values).get("error_string") if isinstance(values, dict) else values
+        reason = str(text) if text else f"its status is {incoming.status}"
         return str(incoming.id), "" if done else reason
 
 
@@ -382,8 +360,3 @@ class Ros1Action:
         ).status
         reason = status.text or f"its status is {status.status}"
         return status.goal_id.id, "" if status.status == msg.GoalStatus.SUCCEEDED else reason
-
-
-def _reason(values: object, otherwise: str) -> str:
-    text = cast(Mapping[str, object], values).get("error_string") if isinstance(values, dict) else values
-    return str(text) if text else otherwise

@@ -111,6 +111,7 @@ class Events:
         self._listener, self._name = listener, ""
 
     def take(self, line: str) -> Document | None:
+        """Read a line; return the answer if it ends the events."""
         if line.startswith("event: "):
             self._name = line.removeprefix("event: ")
         if not line.startswith("data: "):
@@ -397,6 +398,7 @@ class Client:
 
     @checked
     def send(self, call: Call) -> Any:
+        """Send a request repeatedly while the server is full, and return the answer."""
         retries = _Retries(self._patience)
         while True:
             try:

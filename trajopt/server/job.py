@@ -52,7 +52,7 @@ class Job:
         self._grace, self._loop = grace, loop
         self._until = self.created + assignment.seconds
         self._worker: WorkerProcess | None = None
-        self._wanted: RequestRefused | None = None
+        self.wanted: RequestRefused | None = None
         self._timers = [loop.call_at(self._until, self._out_of_time)]
 
     @property
@@ -60,6 +60,7 @@ class Job:
         return self.done.done()
 
     def begin(self, worker: WorkerProcess) -> None:
+        """Pass the request to a worker."""
         self._worker, self.begun = worker, self._loop.time()
         assignment = self.assignment
         request = Request(
@@ -77,10 +78,6 @@ class Job:
             assignment.driven,
         )
         worker.send(request)
-
-    @property
-    def wanted(self) -> RequestRefused | None:
-        return self._wanted
 
     def cancel(self, refusal: RequestRefused | None = None) -> None:
         self._end(refusal or RequestRefused(Why.CANCELLED, "it was cancelled"))
@@ -107,7 +104,7 @@ class Job:
     def refuse(self, refusal: RequestRefused) -> None:
         self._finish()
         if not self.over:
-            self.done.set_exception(self._wanted or refusal)
+            self.done.set_exception(self.wanted or refusal)
 
     def _out_of_time(self) -> None:
         waited = "" if self._worker is not None else ", all of which it waited for a process"
@@ -116,9 +113,9 @@ class Job:
         )
 
     def _end(self, refusal: RequestRefused) -> None:
-        if self.over or self._wanted is not None:
+        if self.over or self.wanted is not None:
             return
-        self._wanted = refusal
+        self.wanted = refusal
         if self._worker is None:
             self.refuse(refusal)
             return

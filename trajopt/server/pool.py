@@ -32,7 +32,7 @@ class WorkerPool:
         eager: bool = True,
     ) -> None:
         self.restarts = self.busy = 0
-        self._name, self._hello, self._size, self._limits = name, hello, size, limits
+        self._name, self._hello, self.size, self._limits = name, hello, size, limits
         self._eager = eager
         self._queue: FairQueue[Job] = FairQueue()
         self._slots: list[asyncio.Task[None]] = []
@@ -48,12 +48,8 @@ class WorkerPool:
     def pids(self) -> tuple[int, ...]:
         return tuple(self._workers)
 
-    @property
-    def size(self) -> int:
-        return self._size
-
     async def start(self) -> None:
-        self._slots = [asyncio.create_task(self._slot()) for _ in range(self._size)]
+        self._slots = [asyncio.create_task(self._slot()) for _ in range(self.size)]
         if self._eager:
             up = asyncio.gather(*(self._up.acquire() for _ in self._slots))
             await asyncio.wait((up, *self._slots), return_when=asyncio.FIRST_COMPLETED)
@@ -82,7 +78,7 @@ class WorkerPool:
         return job
 
     def _full(self, reason: str) -> RequestRefused:
-        wait = max(self._mean * self.waiting / self._size, 0.05)
+        wait = max(self._mean * self.waiting / self.size, 0.05)
         return RequestRefused(Why.FULL, reason, retry_after=wait)
 
     async def _slot(self) -> None:

@@ -55,6 +55,7 @@ class ServiceSession:
 
     @property
     def robot(self) -> str:
+        """Name of the robot."""
         return self.scene.robot
 
     @asynccontextmanager
@@ -67,6 +68,7 @@ class ServiceSession:
             self.editors -= 1
 
     def stand(self) -> None:
+        """End the run: the robot stands."""
         self.run = None
 
     def move(self, positions: list[float]) -> None:

@@ -95,6 +95,7 @@ class ServerBackend:
         return cast(R, value_of_message(Node(answer, "answer"), self._known, object))
 
     def begin(self, execution: Execution, *, paced: bool) -> str:
+        """Start a motion on the server; return the reason if it cannot start, else empty."""
         motion = _Motion()
         document = {
             "scene": message_of(execution.reduced.scene, self._known),

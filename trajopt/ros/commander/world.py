@@ -6,12 +6,11 @@ from collections.abc import Callable, Mapping
 from contextvars import ContextVar, Token
 from dataclasses import dataclass, field
 from threading import RLock
-from typing import ParamSpec, Protocol, TypeVar
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 import numpy as np
 
 from trajopt.driving import Executor
-from trajopt.driving.soonest_stop import StopTaken
 from trajopt.files.messages import MoveItErrorCodes
 from trajopt.robot.configuration import initial_positions
 from trajopt.robot.load import load
@@ -29,73 +28,11 @@ from trajopt.server.move_group.outcome import (
 from trajopt.values.arrays import Floats, one_of
 from trajopt.values.errors import MissingExtra, ModelError, shown
 
+if TYPE_CHECKING:
+    from trajopt.ros.commander.served import ServerBackend
+
 P = ParamSpec("P")
 R = TypeVar("R")
-
-
-class Backend(Protocol):
-    """Plans for a world and moves its robot; the world itself answers all other queries."""
-
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-        ...
-
-    @property
-    def scene(self) -> Scene:
-        """Scene around the robot."""
-        ...
-
-    @property
-    def positions(self) -> Floats:
-        """Current positions of all joints, shape (number of joints,) [rad | m]."""
-        ...
-
-    @property
-    def moving(self) -> bool:
-        """Whether a motion is in progress."""
-        ...
-
-    @property
-    def executor(self) -> Executor:
-        """Executor that drives the joints; raises if it belongs to another process."""
-        ...
-
-    def stand(self, positions: Floats) -> None:
-        """Set the simulated robot's positions, shape (number of joints,) [rad | m]."""
-        ...
-
-    def take(self, scene: Scene) -> None:
-        """Replace the scene around the robot."""
-        ...
-
-    def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """Call a function of `trajopt.server.move_group.functions` and return its result."""
-        ...
-
-    def begin(self, execution: Execution, *, paced: bool) -> str:
-        """Start a motion and return immediately.
-
-        Args:
-            execution: The motion, and the scene in which it is driven.
-            paced: Whether simulated time passes in real time, since the script does not wait for the end.
-
-        Returns:
-            The reason if the motion cannot start; else empty.
-        """
-        ...
-
-    def wait(self) -> str:
-        """Wait until the robot is at rest; return the fault, or an empty text."""
-        ...
-
-    def stop(self) -> StopTaken | None:
-        """Stop the robot as soon as a proven stop allows; None if it is at rest."""
-        ...
-
-    def close(self) -> None:
-        """Release all resources."""
-        ...
 
 
 OF_THE_ROBOT = ("robot_description", "robot_description_semantic")
@@ -176,7 +113,7 @@ class World:
         if executor is not None and start is not None:
             raise ModelError("give a start or an executor: an executor has the positions of its robot")
         if url:
-            self._backend = _served(url, token, robot, scene, executor)
+            self._backend: InProcess | ServerBackend = _served(url, token, robot, scene, executor)
         else:
             self._backend = _here(robot, scene, executor, wait)
         if start is not None:
@@ -212,6 +149,7 @@ class World:
             self._scene = scene
 
     def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Call a function of `trajopt.server.move_group.functions` where the robot is planned for."""
         return self._backend.ask(function, *args, **kwargs)
 
     def group(self, name: str) -> Group:
@@ -229,6 +167,7 @@ class World:
 
     @property
     def moving(self) -> bool:
+        """Whether a motion is in progress."""
         return self._backend.moving
 
     @property
@@ -308,7 +247,7 @@ class World:
 
 def _here(
     robot: str | Robot, scene: Scene | None, executor: Executor | None, wait: Callable[[float], object]
-) -> Backend:
+) -> InProcess:
     if robot == "":
         raise ModelError("which robot? Give one, the name of an installed one, or the url= of a server")
     loaded = load(robot) if isinstance(robot, str) else robot
@@ -320,7 +259,7 @@ def _here(
 
 def _served(
     url: str, token: str, robot: str | Robot, scene: Scene | None, executor: Executor | None
-) -> Backend:
+) -> "ServerBackend":
     if not isinstance(robot, str) or scene is not None or executor is not None:
         raise ModelError("a server has its own robot: with url= give its name, no scene and no executor")
     try:

@@ -47,26 +47,28 @@ class ClientConnection:
         self._tasks: set[asyncio.Task[None]] = set()
         self._goals: dict[str, ActionGoal | RelayedGoal] = {}
         self._level = LEVELS[0]
-        self._handlers: dict[str, Callable[[Incoming], Awaitable[None]]] = {
+        self._handlers: dict[str, Callable[[Incoming], Awaitable[None] | None]] = {
             "call_service": self._call_service,
-            "service_response": self._service_response,
+            "service_response": lambda said: bridge.offered.answered(self, said),
             "advertise_service": self._advertise_service,
-            "unadvertise_service": self._unadvertise_service,
+            "unadvertise_service": lambda said: bridge.offered.withdraw(self, named(said.service, "service")),
             "subscribe": self._subscribe,
-            "unsubscribe": self._unsubscribe,
+            "unsubscribe": lambda said: bridge.topics.unsubscribe(self, named(said.topic, "topic"), said.id),
             "advertise": self._advertise,
-            "unadvertise": self._unadvertise,
+            "unadvertise": lambda said: bridge.topics.unadvertise(self, named(said.topic, "topic")),
             "publish": self._publish,
             "send_action_goal": self._send_goal,
             "cancel_action_goal": self._cancel_goal,
             "advertise_action": self._advertise_action,
-            "unadvertise_action": self._unadvertise_action,
-            "action_feedback": self._action_feedback,
-            "action_result": self._action_result,
+            "unadvertise_action": lambda said: bridge.offered_actions.withdraw(
+                self, named(said.action, "action")
+            ),
+            "action_feedback": lambda said: bridge.offered_actions.feedback(self, said),
+            "action_result": lambda said: bridge.offered_actions.result(self, said),
             "fragment": self._fragment,
             "set_level": self._set_level,
             "status_level": self._set_level,
-            "status": self._ignore,
+            "status": lambda _: None,
         }
 
     async def write(self) -> None:
@@ -105,7 +107,9 @@ class ClientConnection:
         if handler is None:
             known = listed(sorted(self._handlers))
             raise Unusable(f"unknown operation {shown(incoming.op)}; known: {known}")
-        await handler(incoming)
+        done = handler(incoming)
+        if done is not None:
+            await done
 
     async def _say(self, level: str, reason: str, name: str | int | None) -> None:
         if self._level != "none" and LEVELS.index(level) <= LEVELS.index(self._level):
@@ -144,14 +148,8 @@ class ClientConnection:
         whole = written(response if incoming.id is None else {**response, "id": incoming.id})
         await self._out.put(pieces(whole, incoming.fragment_size, str(incoming.id)))
 
-    async def _service_response(self, incoming: Incoming) -> None:
-        self.bridge.offered.answered(self, incoming)
-
     async def _advertise_service(self, incoming: Incoming) -> None:
         self.bridge.offer_service(self, named(incoming.service, "service"), incoming.type or "")
-
-    async def _unadvertise_service(self, incoming: Incoming) -> None:
-        self.bridge.offered.withdraw(self, named(incoming.service, "service"))
 
     async def _subscribe(self, incoming: Incoming) -> None:
         no_compression(incoming.compression)
@@ -168,17 +166,11 @@ class ClientConnection:
         )
         self.bridge.heard(named(incoming.topic, "topic"))
 
-    async def _unsubscribe(self, incoming: Incoming) -> None:
-        self.bridge.topics.unsubscribe(self, named(incoming.topic, "topic"), incoming.id)
-
     async def _advertise(self, incoming: Incoming) -> None:
         topic = named(incoming.topic, "topic")
         if not incoming.type:
             raise Unusable(f"advertise names no type of {topic}")
         self.bridge.topics.advertise(self, topic, incoming.type)
-
-    async def _unadvertise(self, incoming: Incoming) -> None:
-        self.bridge.topics.unadvertise(self, named(incoming.topic, "topic"))
 
     async def _publish(self, incoming: Incoming) -> None:
         topic = named(incoming.topic, "topic")
@@ -245,15 +237,6 @@ class ClientConnection:
             raise Unusable(f"advertise_action names no type of {action}")
         self.bridge.offer_action(self, action, incoming.type)
 
-    async def _unadvertise_action(self, incoming: Incoming) -> None:
-        self.bridge.offered_actions.withdraw(self, named(incoming.action, "action"))
-
-    async def _action_feedback(self, incoming: Incoming) -> None:
-        self.bridge.offered_actions.feedback(self, incoming)
-
-    async def _action_result(self, incoming: Incoming) -> None:
-        self.bridge.offered_actions.result(self, incoming)
-
     async def _fragment(self, incoming: Incoming) -> None:
         whole = self._fragments.add(incoming)
         if whole is not None:
@@ -266,9 +249,6 @@ class ClientConnection:
         if incoming.level not in LEVELS:
             raise Unusable(f"no level {shown(incoming.level)}; known: {listed(LEVELS)}")
         self._level = incoming.level
-
-    async def _ignore(self, incoming: Incoming) -> None:
-        """Accept and ignore an operation."""
 
 
 async def converse(bridge: Bridge, socket: ServerConnection) -> None:

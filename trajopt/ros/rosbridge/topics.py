@@ -83,9 +83,6 @@ class Topics:
     def heard(self, name: str) -> bool:
         return name in self._all and bool(self._all[name].heard)
 
-    def advertise(self, client: TopicClient, name: str, kind: str) -> None:
-        self._publisher(client, name, kind)
-
     def unadvertise(self, client: TopicClient, name: str) -> None:
         if name in self._all:
             self._all[name].clients.discard(client)
@@ -126,7 +123,7 @@ class Topics:
             self._forget(name)
 
     async def publish(self, client: TopicClient, name: str, message: msgspec.Raw, *, latch: bool) -> str:
-        topic = self._publisher(client, name, "")
+        topic = self.advertise(client, name, "")
         if not topic.kind:
             raise Unusable(f"the type of {name} is unknown: advertise it first")
         checked = self._check(topic.kind, message)
@@ -169,7 +166,7 @@ class Topics:
                 text = text or _published(topic, message)
                 client.offer(text, mine.fragment_size)
 
-    def _publisher(self, client: TopicClient, name: str, kind: str) -> RelayedTopic:
+    def advertise(self, client: TopicClient, name: str, kind: str) -> RelayedTopic:
         if name in self._all and self._all[name].ours:
             raise Unusable(f"{name} is published by the server itself")
         if name not in self._all or client not in self._all[name].clients:

@@ -291,11 +291,7 @@ class Intake:
     """Counts the bytes of bodies until their requests are answered; refuses those beyond the memory."""
 
     def __init__(self, app: ASGIApp, most: int) -> None:
-        self._app, self._most, self._held = app, most, 0
-
-    @property
-    def held(self) -> int:
-        return self._held
+        self._app, self._most, self.held = app, most, 0
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         mine = 0
@@ -304,14 +300,14 @@ class Intake:
             nonlocal mine
             message = await receive()
             length = len(message.get("body", b""))
-            if self._held + length > self._most:
+            if self.held + length > self._most:
                 reason = f"the requests that are under way have {self._most} bytes at most together"
                 raise RequestRefused(Why.FULL, reason, retry_after=AGAIN)
             mine += length
-            self._held += length
+            self.held += length
             return message
 
         try:
             await self._app(scope, received, send)
         finally:
-            self._held -= mine
+            self.held -= mine

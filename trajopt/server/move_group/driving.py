@@ -67,6 +67,7 @@ class MotionDriver:
 
     @property
     def moving(self) -> bool:
+        """Whether a motion is in progress."""
         executor = self.executor
         return self._motion is not None and executor.now() < self._committed.end and not executor.fault()
 
@@ -231,7 +232,7 @@ R = TypeVar("R")
 
 
 class InProcess:
-    """Backend of a world in this process."""
+    """Plans for a world and moves its robot, in this process; the world answers all other queries."""
 
     def __init__(
         self, scene: Scene, start: Floats, executor: Executor | None, wait: Callable[[float], object]
@@ -243,10 +244,12 @@ class InProcess:
 
     @property
     def positions(self) -> Floats:
+        """Positions of all joints, shape (number of joints,) [rad | m]."""
         return self._start if self._drive is None else self._drive.positions
 
     @property
     def moving(self) -> bool:
+        """Whether a motion is in progress."""
         moving = self._drive is not None and self._drive.moving
         if not moving and self._clock is not None:
             self._clock.stand()
@@ -254,18 +257,27 @@ class InProcess:
 
     @property
     def executor(self) -> Executor:
+        """Executor that drives the joints."""
         return self._driving().executor
 
     def stand(self, positions: Floats) -> None:
+        """Set the positions of all joints, shape (number of joints,) [rad | m]."""
         self._start = positions
 
     def take(self, scene: Scene) -> None:
+        """Replace the scene around the robot."""
         self.scene = scene
 
     def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Call a function of `trajopt.server.move_group.functions`."""
         return function(*args, **kwargs)
 
     def begin(self, execution: Execution, *, paced: bool) -> str:
+        """Start a motion and return immediately, with the reason if it cannot start, else empty.
+
+        Args:
+            paced: Whether simulated time passes in real time, since the script does not wait for the end.
+        """
         drive, trajectory = self._driving(), execution.trajectory
         executor = drive.executor
         if self._clock is not None and isinstance(executor, SimulatedExecutor):
@@ -277,6 +289,7 @@ class InProcess:
         return refused
 
     def wait(self) -> str:
+        """Wait until the robot is at rest; return the fault, or an empty text."""
         drive = self._driving()
         remarks, executor = [drive.wait()], drive.executor
         if self._clock is not None and isinstance(executor, SimulatedExecutor):
@@ -284,6 +297,7 @@ class InProcess:
         return "; ".join(remark for remark in remarks if remark)
 
     def stop(self) -> StopTaken | None:
+        """Stop the robot as soon as a proven stop allows; None if it is at rest."""
         if self._clock is not None:
             self._clock.stand()
         return None if self._drive is None else self._drive.stop()

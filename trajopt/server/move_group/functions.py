@@ -9,8 +9,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from trajopt.optimise.methods import METHODS, method_named
-from trajopt.planning.budget import Budget
+from trajopt.optimise.methods import METHODS, Method, method_named
+from trajopt.planning.budget import Budget, Progress
 from trajopt.planning.judgement import decide
 from trajopt.planning.plan import NO_BOUNDS, plan
 from trajopt.planning.result import Result, Status
@@ -93,25 +93,44 @@ def solved(
     problem: Problem, settings: Settings, *, budget: Budget = NO_BOUNDS, cancel: Event | None = None
 ) -> Result:
     """Plan with a script's settings: of several attempts within the time, the motion of least duration."""
-    until = time.monotonic() + min(settings.planning_time, inf if budget.seconds is None else budget.seconds)
+    seconds = min(settings.planning_time, inf if budget.seconds is None else budget.seconds)
+    attempts = attempted(problem, method_named(settings.planner), settings.attempts, seconds, cancel=cancel)
+    return min(attempts, key=cost_of)
+
+
+def attempted(
+    problem: Problem,
+    method: Method | None,
+    most: int,
+    seconds: float,
+    *,
+    cancel: Event | None,
+    progress: Progress | None = None,
+    on_incumbent: Callable[[Result], None] | None = None,
+) -> list[Result]:
+    """Return the results of several attempts, at least one, within a time [s]."""
+    until = time.monotonic() + seconds
     results = list[Result]()
-    for attempt in range(settings.attempts):
+    for attempt in range(most):
         left = until - time.monotonic()
         if results and (left <= 0.0 or (cancel is not None and cancel.is_set())):
             break
         results.append(
             plan(
                 problem,
-                method=method_named(settings.planner),
+                method=method,
                 rng=np.random.default_rng(attempt),
                 budget=Budget(seconds=max(left, SHORTEST)),
                 cancel=cancel,
+                progress=progress,
+                on_incumbent=on_incumbent,
             )
         )
-    return min(results, key=_duration)
+    return results
 
 
-def _duration(result: Result) -> float:
+def cost_of(result: Result) -> float:
+    """Return the duration of a result's motion [s]; infinite without one."""
     if result.status is not Status.SOLVED or result.trajectory is None:
         return inf
     return result.trajectory.duration

@@ -83,7 +83,13 @@ class Conditions:
         if isinstance(self.goal, str):
             yield from (("instr(folded(goal), ?)", (word.casefold(),)) for word in self.goal.split())
         if self.scene:
-            scenes = _scenes(connection, self.scene)
+            rows = connection.execute(
+                "SELECT DISTINCT scene FROM entries WHERE kind = ? AND name = ?",
+                (EntryKind.SCENE.name, self.scene),
+            ).fetchall()
+            if not rows:
+                raise EntryNotFound("scene", self.scene, _names(connection, EntryKind.SCENE))
+            scenes = [scene for (scene,) in rows]
             yield f"scene IN ({', '.join('?' * len(scenes))})", scenes
         yield from ((_SAYS, (word.casefold(),) * 3) for word in self.text.split())
         yield from ((_TAGGED, (tag,)) for tag in self.tags)
@@ -144,15 +150,6 @@ def the_one(
             return number, entry
     versions = [str(entry.version) for _, entry in found]
     raise EntryNotFound(f"version of {what} {shown(name)}", str(version), versions)
-
-
-def _scenes(connection: sqlite3.Connection, name: str) -> list[str]:
-    rows = connection.execute(
-        "SELECT DISTINCT scene FROM entries WHERE kind = ? AND name = ?", (EntryKind.SCENE.name, name)
-    ).fetchall()
-    if not rows:
-        raise EntryNotFound("scene", name, _names(connection, EntryKind.SCENE))
-    return [scene for (scene,) in rows]
 
 
 def _names(connection: sqlite3.Connection, kind: EntryKind | None) -> list[str]:
@@ -217,7 +214,12 @@ def keep(
     marked, mark = checked_tags(tags), _fingerprint(members)
     packed = packed_for(database, members)
     with database.writing() as connection:
-        version = _next_version(connection, about.kind, name)
+        named = (about.kind.name, name)
+        connection.execute(
+            "INSERT INTO numbers VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET last = last + 1", named
+        )
+        row = connection.execute("SELECT last FROM numbers WHERE kind = ? AND name = ?", named).fetchone()
+        version = int(row[0])
         number = connection.execute(
             "INSERT INTO entries VALUES (NULL, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             (
@@ -230,15 +232,6 @@ def keep(
         keep_members(connection, number, members, packed)
         connection.executemany("INSERT INTO tags VALUES (?, ?)", [(number, each) for each in marked])
         return the_one(connection, name, about.kind, version)[1]
-
-
-def _next_version(connection: sqlite3.Connection, kind: EntryKind, name: str) -> int:
-    named = (kind.name, name)
-    connection.execute(
-        "INSERT INTO numbers VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET last = last + 1", named
-    )
-    row = connection.execute("SELECT last FROM numbers WHERE kind = ? AND name = ?", named).fetchone()
-    return int(row[0])
 
 
 def _fingerprint(members: Mapping[str, bytes]) -> str:

@@ -24,30 +24,8 @@ from trajopt.values.trajectory import Trajectory
 STATES = ("MONITOR", "IDLE")
 
 
-@dataclass(frozen=True)
-class Tolerances:
-    """Joint tolerances of a followed trajectory; joints without an entry are unbounded."""
-
-    stated: Sequence[msg.JointTolerance]
-
-    def broken(
-        self, joints: Sequence[str], desired: msg.JointTrajectoryPoint, actual: msg.JointTrajectoryPoint
-    ) -> str:
-        """Return an error message for the first joint out of tolerance; empty if none."""
-        for each in self.stated:
-            place = joints.index(each.name)
-            for what, most, wanted, found in (
-                ("position", each.position, desired.positions, actual.positions),
-                ("velocity", each.velocity, desired.velocities, actual.velocities),
-            ):
-                off = abs(wanted[place] - found[place]) if wanted else 0.0
-                if 0.0 < most < off:
-                    return f"{each.name}: its {what} is off by {off:.3g}, more than {most:.3g}"
-        return ""
-
-
-def tolerances_of(goal: msg.FollowJointTrajectoryGoal) -> tuple[Tolerances, Tolerances]:
-    """Return the path and goal tolerances of a goal; 0 (the controller's default) and -1 mean no bound."""
+def check_tolerances(goal: msg.FollowJointTrajectoryGoal) -> None:
+    """Check the path and goal tolerances of a goal."""
     if goal.component_path_tolerance or goal.component_goal_tolerance:
         raise ProblemError("tolerances of joints of several degrees of freedom are not supported")
     for each in (*goal.path_tolerance, *goal.goal_tolerance):
@@ -55,7 +33,25 @@ def tolerances_of(goal: msg.FollowJointTrajectoryGoal) -> tuple[Tolerances, Tole
             raise JointNotFound("joint", each.name, goal.trajectory.joint_names)
         if each.acceleration > 0.0:
             raise ProblemError(f"{each.name}: the acceleration is not measured, so has no tolerance")
-    return Tolerances(goal.path_tolerance), Tolerances(goal.goal_tolerance)
+
+
+def out_of_tolerance(
+    stated: Sequence[msg.JointTolerance],
+    joints: Sequence[str],
+    desired: msg.JointTrajectoryPoint,
+    actual: msg.JointTrajectoryPoint,
+) -> str:
+    """Describe the first joint out of tolerance, empty if none; 0 (the default) and -1 mean no bound."""
+    for each in stated:
+        place = joints.index(each.name)
+        for what, most, wanted, found in (
+            ("position", each.position, desired.positions, actual.positions),
+            ("velocity", each.velocity, desired.velocities, actual.velocities),
+        ):
+            off = abs(wanted[place] - found[place]) if wanted else 0.0
+            if 0.0 < most < off:
+                return f"{each.name}: its {what} is off by {off:.3g}, more than {most:.3g}"
+    return ""
 
 
 @dataclass(frozen=True)
@@ -87,10 +83,10 @@ def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) 
     goal, result, off = request.message, msg.FollowJointTrajectoryResult, list[str]()
     whole = msg.RobotTrajectory(goal.trajectory, goal.multi_dof_trajectory)
     try:
-        on_the_way, at_the_end = tolerances_of(goal)
+        check_tolerances(goal)
 
         def tell(seen: ExecutionReading) -> object:
-            broken = on_the_way.broken(seen.joints, seen.desired, seen.actual)
+            broken = out_of_tolerance(goal.path_tolerance, seen.joints, seen.desired, seen.actual)
             if broken and not off:
                 off.append(broken)
                 watch.cancel.set()
@@ -106,7 +102,7 @@ def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) 
     if code.val == msg.MoveItErrorCodes.SUCCESS:
         names = goal.trajectory.joint_names
         here = msg.JointTrajectoryPoint([state.named_positions[name] for name in names], [0.0] * len(names))
-        missed = at_the_end.broken(names, goal.trajectory.points[-1], here)
+        missed = out_of_tolerance(goal.goal_tolerance, names, goal.trajectory.points[-1], here)
         if missed:
             return request.answer(result(result.GOAL_TOLERANCE_VIOLATED, missed), state)
     if code.val in (msg.MoveItErrorCodes.SUCCESS, msg.MoveItErrorCodes.PREEMPTED):

@@ -1,10 +1,7 @@
 """Motions: `/plan_kinematic_path` and `/compute_cartesian_path`."""
 
-import time
 from dataclasses import replace
 from math import inf
-
-import numpy as np
 
 from trajopt.files import messages as msg
 from trajopt.files.messages import decode, document_of
@@ -16,8 +13,7 @@ from trajopt.files.moveit.scene_messages import state_message
 from trajopt.files.moveit.trajectories import trajectory_message
 from trajopt.optimise.methods import METHODS, method_named
 from trajopt.planning.budget import Budget
-from trajopt.planning.plan import plan
-from trajopt.planning.result import Result, Status
+from trajopt.planning.result import Result
 from trajopt.problem.tool_speed import tool_speed
 from trajopt.ros.rosbridge.answers.service_call import (
     SOURCE,
@@ -28,7 +24,7 @@ from trajopt.ros.rosbridge.answers.service_call import (
     success,
     with_notes,
 )
-from trajopt.server.move_group.functions import Settings, followed_through
+from trajopt.server.move_group.functions import Settings, attempted, cost_of, followed_through
 from trajopt.server.move_group.outcome import CODES
 from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.values.documents.document import Node
@@ -39,7 +35,6 @@ ANSWERING = 0.5
 
 HEEDED = ("planner_id", "pipeline_id", "num_planning_attempts")
 """Fields ignored in files, but not in requests."""
-SHORTEST = 1e-3
 
 
 def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:
@@ -88,31 +83,18 @@ def _different(state: SessionState, document: Node) -> SessionState:
 def _planned(read: RequestFile, message: msg.MotionPlanRequest, watch: Watch) -> tuple[Result, float]:
     problem = replace(read.problem(), name=read.group)
     method = method_named(message.planner_id) if message.planner_id in METHODS else None
-    until = time.monotonic() + min(read.allowed_planning_time or inf, watch.seconds_left - ANSWERING)
-    results: list[Result] = []
-    for attempt in range(max(message.num_planning_attempts, 1)):
-        left = until - time.monotonic()
-        if results and (left <= 0.0 or watch.cancel.is_set()):
-            break
-        results.append(
-            plan(
-                problem,
-                method=method,
-                rng=np.random.default_rng(attempt),
-                budget=Budget(seconds=max(left, SHORTEST)),
-                cancel=watch.cancel,
-                progress=watch.progress if watch.heard else None,
-                on_incumbent=watch.incumbent if watch.heard else None,
-            )
-        )
+    seconds = min(read.allowed_planning_time or inf, watch.seconds_left - ANSWERING)
+    results = attempted(
+        problem,
+        method,
+        max(message.num_planning_attempts, 1),
+        seconds,
+        cancel=watch.cancel,
+        progress=watch.progress if watch.heard else None,
+        on_incumbent=watch.incumbent if watch.heard else None,
+    )
     spent = sum(seconds for each in results for seconds in each.cpu_seconds.values())
-    return min(results, key=_duration), spent
-
-
-def _duration(result: Result) -> float:
-    if result.status is not Status.SOLVED or result.trajectory is None:
-        return inf
-    return result.trajectory.duration
+    return min(results, key=cost_of), spent
 
 
 def compute_cartesian_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:

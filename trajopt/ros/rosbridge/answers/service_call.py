@@ -13,13 +13,7 @@ from trajopt.server.limits import check_sizes
 from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import (
-    FrameNotFound,
-    GroupNotFound,
-    NameNotFound,
-    ObjectNotFound,
-    TrajoptError,
-)
+from trajopt.values.errors import FrameNotFound, GroupNotFound, NameNotFound, ObjectNotFound, TrajoptError
 
 SOURCE = "trajopt"
 BY_PART = {
