@@ -290,10 +290,7 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
     Args:
         meshes: Folder for unpacking the visual meshes; None leaves them packed.
     """
-    return bundle_of(Archive(path), meshes)
-
-
-def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
+    archive = Archive(path)
     about, holds = _about(archive)
     if holds is Holds.MOTIONS:
         raise about["holds"].error(f"is {holds.value}: read it with read_result")

@@ -140,7 +140,9 @@ class Movej:
         positions = motion(times)
         positions[-1] = motion.positions[-1]
         corners = _corners(positions, self.tolerance)
-        wait = _rest_at_start(times, positions)
+        moved = np.flatnonzero(np.abs(positions - positions[0]).max(axis=1) > _STILL)
+        rests = float(times[max(int(moved[0]) - 1, 0)]) if len(moved) else 0.0
+        wait = rests if rests > _SHORTEST_REST else 0.0
         lines = [f"sleep({wait:.6f})"] * (wait > 0.0)
         lasting = wait
         peaks = np.abs(motion(times, 2)).max(axis=0)
@@ -347,12 +349,6 @@ def _prefix(names: Sequence[str]) -> str:
 def _within(name: str, value: float, lower: float, upper: float) -> None:
     if not lower <= number(name, value) <= upper:
         raise ShapeError(name, f"must be from {lower:g} to {upper:g}, is {value:g}")
-
-
-def _rest_at_start(times: Floats, positions: Floats) -> float:
-    moved = np.flatnonzero(np.abs(positions - positions[0]).max(axis=1) > _STILL)
-    rests = float(times[max(int(moved[0]) - 1, 0)]) if len(moved) else 0.0
-    return rests if rests > _SHORTEST_REST else 0.0
 
 
 def _vector(row: Iterable[float]) -> str:

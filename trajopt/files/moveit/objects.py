@@ -87,7 +87,12 @@ def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scen
     node, name = message.node, message.name
     if message.operation == "REMOVE":
         if not name:
-            return _emptied(scene)
+            kept = {
+                key: item
+                for key, item in scene.objects.items()
+                if scene.holder(key).link != WORLD or (item.frame == WORLD and not item.parts)
+            }
+            return _without_lost_tools(replace(scene, objects=kept), scene)
         if name not in scene.objects:
             reading.notes.append(f"{node.place}: there is no object {name!r} to remove")
         return _without_lost_tools(without(scene, name), scene)
@@ -165,15 +170,6 @@ def without(scene: Scene, name: str) -> Scene:
         if key != name and not (item.frame == name and key.startswith(f"{name}/"))
     }
     return replace(scene, objects=kept)
-
-
-def _emptied(scene: Scene) -> Scene:
-    kept = {
-        key: item
-        for key, item in scene.objects.items()
-        if scene.holder(key).link != WORLD or (item.frame == WORLD and not item.parts)
-    }
-    return _without_lost_tools(replace(scene, objects=kept), scene)
 
 
 def _without_lost_tools(scene: Scene, before: Scene) -> Scene:

@@ -276,7 +276,18 @@ def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
     """
     node.only(field_names(PlanningScene))
     if not node["is_diff"].flag():
-        scene = _empty(scene)
+        everywhere = Clearances(scene.clearances.everywhere, kinds=scene.clearances.kinds)
+        robot = scene.robot
+        if any(body.scale != 1.0 for body in robot.bodies):
+            robot = replace(robot, bodies=tuple(body.scaled(1.0) for body in robot.bodies))
+        scene = Scene(
+            robot,
+            margin=scene.margin,
+            kind_margins=scene.kind_margins,
+            clearances=everywhere,
+            tools=scene.tools_on_links,
+            model_error=scene.model_error,
+        )
     elif _says_all(node["robot_state"]):
         scene = _let_go(scene)
     for element in node["fixed_frame_transforms"].elements():
@@ -305,21 +316,6 @@ def _let_go(scene: Scene) -> Scene:
     for name in attached_messages(scene):
         scene = without(scene, name)
     return scene
-
-
-def _empty(scene: Scene) -> Scene:
-    everywhere = Clearances(scene.clearances.everywhere, kinds=scene.clearances.kinds)
-    robot = scene.robot
-    if any(body.scale != 1.0 for body in robot.bodies):
-        robot = replace(robot, bodies=tuple(body.scaled(1.0) for body in robot.bodies))
-    return Scene(
-        robot,
-        margin=scene.margin,
-        kind_margins=scene.kind_margins,
-        clearances=everywhere,
-        tools=scene.tools_on_links,
-        model_error=scene.model_error,
-    )
 
 
 def without_collisions(scene: Scene) -> Scene:

@@ -365,7 +365,11 @@ def read_table(path: Path | str) -> Trajectory:
     names = _joints(path, columns)
     table = _numbers(path, columns, lines[1:])
     times = table[:, columns.index("time")]
-    _check_times(path, times)
+    if times[0] != 0.0:
+        raise FileFormatError(str(path), f"row 1, time: must be 0, is {times[0]:g} s")
+    for row, (before, after) in enumerate(pairwise(times.tolist()), start=2):
+        if after <= before:
+            raise FileFormatError(str(path), f"row {row}, time: {after:g} s does not come after {before:g} s")
     rows = [
         table[:, [columns.index(f"{order}_{name}") for name in names]]
         if f"{order}_{names[0]}" in columns
@@ -412,14 +416,6 @@ def _numbers(path: Path | str, columns: Sequence[str], lines: Sequence[Sequence[
                 where = f"row {row + 1}, {columns[place]}"
                 raise FileFormatError(str(path), f"{where}: must be a finite number, is {shown(text)}")
     return table
-
-
-def _check_times(path: Path | str, times: Floats) -> None:
-    if times[0] != 0.0:
-        raise FileFormatError(str(path), f"row 1, time: must be 0, is {times[0]:g} s")
-    for row, (before, after) in enumerate(pairwise(times.tolist()), start=2):
-        if after <= before:
-            raise FileFormatError(str(path), f"row {row}, time: {after:g} s does not come after {before:g} s")
 
 
 @checked

@@ -144,7 +144,8 @@ class LeafSearch:
         ends = np.searchsorted(times, begin), np.searchsorted(times, end)
         middle = np.searchsorted(times, (begin + end) / 2.0)
         poses = self._motion.poses(times)
-        centres = self._centres(poses)
+        turned = np.einsum("cwij,wj->cwi", poses.rotation[:, self._joint], self._centre)
+        centres = turned + poses.translation[:, self._joint]
         needed = self._off_chord(poses, centres, first, second, seen, ends, begin, end)
         error = (self._growth[pair] * np.stack((np.ones(len(end)), end, end**2 / 2.0), axis=1)).sum(axis=1)
         needed = (needed + self._required[pair] + error) * SURE + SLACK
@@ -162,10 +163,6 @@ class LeafSearch:
         direction = np.where(hopeful[:, None], better, direction)
         holds |= self._gap(poses, first, second, seen, ends, direction) > needed
         return Leaves(pair, begin, end, direction), holds
-
-    def _centres(self, poses: Poses) -> Floats:
-        turned = np.einsum("cwij,wj->cwi", poses.rotation[:, self._joint], self._centre)
-        return turned + poses.translation[:, self._joint]
 
     def _rounded(
         self, poses: Poses, apart: Floats, time: Ints, seen: Ints, first: Ints, second: Ints
