@@ -152,7 +152,9 @@ class RayPool:
         actor, _ = self._busy[future]
         told, why = self._told(future, actor)
         if why:
-            return self._lost(actor, why)
+            his = [future for future, (each, _) in self._busy.items() if each is actor]
+            blocks = [self._busy.pop(future)[1] for future in his]
+            return [Lost(block, why, begun=place == 0) for place, block in enumerate(blocks)]
         _, block = self._busy.pop(future)
         at_work = any(each is actor for each, _ in self._busy.values())
         self._free.insert(len(self._free) if at_work else 0, actor)
@@ -172,11 +174,6 @@ class RayPool:
                 self._actors.remove(actor)
                 self._ray.kill(actor)
             return None, f"{type(error).__name__}: {_first_line(error)}"
-
-    def _lost(self, actor: Any, why: str) -> Sequence[Lost]:
-        his = [future for future, (each, _) in self._busy.items() if each is actor]
-        blocks = [self._busy.pop(future)[1] for future in his]
-        return [Lost(block, why, begun=place == 0) for place, block in enumerate(blocks)]
 
 
 def _first_line(error: Exception) -> str:

@@ -206,7 +206,11 @@ def remember(folder: CampaignFolder, experience: Experience) -> int:
         FileFormatError: If a document of the campaign, or the file of a warehouse, is damaged.
     """
     shop, count = Workshop(Library(folder.documents)), 0
-    solved = _solved(folder)
+    solved: dict[str, tuple[str, Floats]] = {}
+    for row in folder.rows(("verified", "goal_name", *MOTIONS)):
+        motion = motion_of(row) if row["verified"] else None
+        if motion is not None:
+            solved[row["id"]] = row["goal_name"], motion.positions
     for task in folder.tasks():
         if len(experience) >= experience.most:
             break
@@ -216,12 +220,3 @@ def remember(folder: CampaignFolder, experience: Experience) -> int:
             alone = problem.alternatives[goal_name] if goal_name else problem
             count += experience.remember(alone, points)
     return count
-
-
-def _solved(folder: CampaignFolder) -> dict[str, tuple[str, Floats]]:
-    found: dict[str, tuple[str, Floats]] = {}
-    for row in folder.rows(("verified", "goal_name", *MOTIONS)):
-        motion = motion_of(row) if row["verified"] else None
-        if motion is not None:
-            found[row["id"]] = row["goal_name"], motion.positions
-    return found

@@ -462,20 +462,16 @@ def _solid(shape: shapes.Shape) -> _Solid:
         case shapes.Plane():
             return _Solid(shape, lower, upper, np.array(((0.0, 0.0, 1.0, 0.0),)))
         case shapes.Convex():
-            faces = _faces(shape)
+            corners = shape.vertices[shape.faces]
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            lengths = np.linalg.norm(normals, axis=1)
+            flat = lengths > 0.0
+            normals = normals[flat] / lengths[flat, None]
+            # Farthest over all corners: the planes of slivers are known badly, and must not cut the hull.
+            faces = np.column_stack((normals, -(shape.vertices @ normals.T).max(axis=0)))
         case _:
             pass
     return _Solid(shape, lower, upper, faces)
-
-
-def _faces(hull: shapes.Convex) -> Floats:
-    corners = hull.vertices[hull.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1)
-    flat = lengths > 0.0
-    normals = normals[flat] / lengths[flat, None]
-    # Farthest over all corners: the planes of slivers are known badly, and must not cut the hull.
-    return np.column_stack((normals, -(hull.vertices @ normals.T).max(axis=0)))
 
 
 def _within(points: Floats, centres: Floats, reach: float) -> Bools:

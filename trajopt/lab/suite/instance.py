@@ -198,10 +198,6 @@ def seconds(outcome: RunOutcome) -> dict[str, float]:
     return {"read": outcome.setup_seconds, **outcome.stages, "total": outcome.cpu_seconds}
 
 
-def cause(outcome: RunOutcome) -> str:
-    return cause_of(outcome.status, outcome.message)
-
-
 def cause_of(status: Status, message: str) -> str:
     blocked = re.search(r"worst is (.+?) by ", message)
     return status.name if blocked is None else f"{status.name}: {blocked[1]}"
@@ -226,6 +222,7 @@ def summary(
     times = [seconds(outcome) for outcome in asked]
     stages = dict.fromkeys(stage for time in times for stage in time)
     first = [outcome for outcome in solved if outcome.attempts == 1]
+    causes = Counter(cause_of(each.status, each.message) for each in outcomes if not each.verified)
     return {
         "problems": len(outcomes),
         "left_out": len(outcomes) - len(asked),
@@ -247,7 +244,7 @@ def summary(
         "won_by": dict(Counter(item.won_by.name for item in outcomes if item.won_by).most_common()),
         "stopped_by_clock": sum(outcome.stopped_by_clock for outcome in outcomes),
         "statuses": dict(Counter(outcome.status.name for outcome in outcomes)),
-        "causes": dict(Counter(cause(outcome) for outcome in outcomes if not outcome.verified).most_common()),
+        "causes": dict(causes.most_common()),
     }
 
 
