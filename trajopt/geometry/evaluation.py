@@ -53,6 +53,7 @@ class JointPlacements(Value):
     jacobian: Floats
 
     def take(self, index: Ints) -> "JointPlacements":
+        """Return the placements of the configurations with these indices."""
         return JointPlacements(self.rotation[index], self.translation[index], self.jacobian[index])
 
 

@@ -107,6 +107,7 @@ class BoundingBoxes:
         return BoundingBoxes(*(np.concatenate([getattr(each, name) for each in several]) for name in names))
 
     def take(self, numbers: Ints) -> "BoundingBoxes":
+        """Return the boxes with these numbers."""
         return BoundingBoxes(*(getattr(self, each.name)[numbers] for each in fields(self)))
 
 

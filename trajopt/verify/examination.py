@@ -150,16 +150,11 @@ def requirements_with(
     *,
     options: VerifyOptions,
 ) -> tuple[Check, ...]:
-    motion = motion_at_rest(kinematics, positions, options)
-    return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
-
-
-def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOptions) -> JudgedMotion:
-    """Return a motion that rests at a configuration (n,) [rad | m] for a second."""
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
     standing = Trajectory(reduced.joint_names, np.array([0.0, 1.0]), np.stack((place, place)))
-    return JudgedMotion(reduced, standing, kinematics=kinematics, options=options)
+    motion = JudgedMotion(reduced, standing, kinematics=kinematics, options=options)
+    return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
 
 
 def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:

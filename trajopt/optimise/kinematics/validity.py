@@ -106,17 +106,7 @@ def validity(
         ShapeError: If there is not one finite position for each joint, or the margin is negative.
         NameNotFound: If a requirement names an unknown frame or joint.
     """
-    return judged_validity(Judge(reduced), positions, reduced, requirements, margin=margin)
-
-
-def judged_validity(
-    judge: Judge,
-    positions: ArrayLike,
-    reduced: ReducedModel,
-    requirements: Sequence[Requirement],
-    *,
-    margin: float = 0.0,
-) -> Validity:
+    judge = Judge(reduced)
     if number("margin", margin) < 0.0:
         raise ShapeError("margin", f"is negative: {margin:g} m")
     place = floats("positions", positions, (len(reduced.joint_names),))

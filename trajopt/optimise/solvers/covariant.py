@@ -125,17 +125,14 @@ class LinearRows:
         held: Bools = np.zeros(len(self.value), dtype=np.bool_)
         moved = step.ravel()
         for _ in range(ROUNDS):
-            lack = self._lack(moved)
+            predicted = self.value + self.matrix @ moved
+            lack = np.clip(predicted, self.lower, self.upper) - predicted
             broken = np.abs(lack) > 1e-9
             if not (broken & ~held).any():
                 break
             held |= broken
             moved = moved + self._correction(held, lack)
         return moved.reshape(step.shape)
-
-    def _lack(self, step: Floats) -> Floats:
-        predicted = self.value + self.matrix @ step
-        return np.clip(predicted, self.lower, self.upper) - predicted
 
     def _correction(self, held: Bools, lack: Floats) -> Floats:
         product = self._product[np.ix_(held, held)]

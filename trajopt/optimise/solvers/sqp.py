@@ -23,14 +23,7 @@ from trajopt.optimise.solvers.descent import (
     TrustRegion,
 )
 from trajopt.optimise.solvers.parts import Block, CompilableNlp, CompiledProgram
-from trajopt.optimise.solvers.solver import (
-    Effort,
-    Patient,
-    Progress,
-    SolveResult,
-    SolverStatus,
-    SqpStep,
-)
+from trajopt.optimise.solvers.solver import Effort, Patient, Progress, SolveResult, SolverStatus, SqpStep
 from trajopt.optimise.solvers.subproblem import NAME, REGULARISATION, BandedSteps, StepProgram, StepSolver
 from trajopt.values.arrays import Bools, Floats, Ints, above_zero, at_least
 from trajopt.values.errors.arguments import check_arguments, checked

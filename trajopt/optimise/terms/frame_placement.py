@@ -82,7 +82,9 @@ def rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
     ratio = np.where(sine < TINY, 1.0, angle / np.maximum(sine, TINY))
     skew = (0.5 * ratio)[:, None, None] * difference
     for half_turn in np.flatnonzero((sine < TINY) & (cosine < 0.0)):
-        x, y, z = _half_turn(rotation[half_turn])
+        quaternion = as_quaternion(rotation[half_turn])
+        length = float(np.linalg.norm(quaternion[:3]))
+        x, y, z = quaternion[:3] / length * (2.0 * np.arctan2(length, quaternion[3]))
         skew[half_turn] = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
     small = angle < 1e-4
     safe = np.where(small, 1.0, angle)
@@ -90,12 +92,6 @@ def rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
     factor = np.where(small, 1.0 / 12.0, (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2)
     rate = np.eye(3) + 0.5 * skew + factor[:, None, None] * (skew @ skew)
     return skew[:, (2, 0, 1), (1, 2, 0)], rate
-
-
-def _half_turn(rotation: Floats) -> Floats:
-    quaternion = as_quaternion(rotation)
-    length = float(np.linalg.norm(quaternion[:3]))
-    return quaternion[:3] / length * (2.0 * np.arctan2(length, quaternion[3]))
 
 
 def _xyz_euler(rotation: Floats) -> tuple[Floats, Floats]:
@@ -191,7 +187,10 @@ class CurveError(Value):
     @cached_property
     def _across(self) -> Floats:
         assert self.required.spin is not None
-        return _aside(self.required.spin)
+        axis = self.required.spin
+        first = np.array(np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())]), dtype=np.float64)
+        first /= np.linalg.norm(first)
+        return np.stack((first, np.array(np.cross(axis, first), dtype=np.float64)))
 
     def linearise(self, motion: Motion) -> Rows:
         last = len(motion.knots) - 1
@@ -236,12 +235,6 @@ class CurveError(Value):
                 moved = np.swapaxes(np.asarray(np.cross(turning, axis[:, None]), dtype=np.float64), 1, 2)
                 rates.append(across @ inward @ moved)
         return np.concatenate(values, axis=1), np.concatenate(rates, axis=1)
-
-
-def _aside(axis: Floats) -> Floats:
-    first = np.array(np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())]), dtype=np.float64)
-    first /= np.linalg.norm(first)
-    return np.stack((first, np.array(np.cross(axis, first), dtype=np.float64)))
 
 
 @constrain.register

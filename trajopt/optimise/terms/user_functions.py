@@ -40,7 +40,10 @@ class Expression:
         reduced = motion.query.reduced
         compiled = reduced.derived(_by_expression)
         if self not in compiled:
-            compiled[self] = self._compiled(reduced)
+            from trajopt.optimise.terms.symbolic import SymbolicKinematics
+
+            kinematics = SymbolicKinematics(reduced)
+            compiled[self] = _Compiled(self.name, kinematics.q, self.expression(kinematics))
         value, jacobian = compiled[self](motion.positions)
         return motion.rows_of_all(value, jacobian)
 
@@ -49,12 +52,6 @@ class Expression:
 
         # What is fixed to the world may make it a plain number.
         return ca.SX(self.build(kinematics))
-
-    def _compiled(self, reduced: ReducedModel) -> "_Compiled":
-        from trajopt.optimise.terms.symbolic import SymbolicKinematics
-
-        kinematics = SymbolicKinematics(reduced)
-        return _Compiled(self.name, kinematics.q, self.expression(kinematics))
 
 
 def _by_expression(reduced: ReducedModel) -> WeakKeyDictionary[Expression, "_Compiled"]:

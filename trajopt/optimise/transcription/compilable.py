@@ -126,7 +126,8 @@ class CompilableMotionNlp(MotionNlp):
             return _distance_part(_empty(item, within), residual, within)
         if type(residual) is ClearanceInTime or type(residual) is SplineTorque:
             return self._part_in_time(item, residual, within)
-        frame = frame_in_core(residual)
+        build = _BUILD.get(type(residual))
+        frame = None if build is None else build(residual)
         if frame is None:
             return None
         count = 0 if placed and item.window == WHOLE else len(within.place)
@@ -233,11 +234,6 @@ class FrameInCore:
 
     view: descent.View
     term: descent.FrameTerm
-
-
-def frame_in_core(residual: object) -> FrameInCore | None:
-    build = _BUILD.get(type(residual))
-    return None if build is None else build(residual)
 
 
 def _axis_angle(residual: AxisAngle) -> FrameInCore:

@@ -47,23 +47,19 @@ class CurvePlaces:
 
     def __init__(self, curve: Curve) -> None:
         self._pieces = curve.pieces
-        self._edges = np.concatenate(((0.0,), np.cumsum([piece.length for piece in curve.pieces])))
+        self.edges = np.concatenate(((0.0,), np.cumsum([piece.length for piece in curve.pieces])))
         self._rates = np.array([_rates(piece) for piece in curve.pieces])
         self._seconds = np.array([_seconds(piece) for piece in curve.pieces])
         jumps = [_jump(before, after) for before, after in pairwise(curve.pieces)]
         self._kinks = np.concatenate((np.zeros((1, 2)), np.cumsum(np.reshape(jumps, (-1, 2)), axis=0)))
 
     @property
-    def edges(self) -> Floats:
-        return self._edges
-
-    @property
     def kinked(self) -> Floats:
         jumps = np.diff(self._kinks, axis=0).max(axis=1)
-        return self._edges[1:-1][jumps > KINK]
+        return self.edges[1:-1][jumps > KINK]
 
     def _number(self, s: Floats) -> Ints:
-        found = np.searchsorted(self._edges, s, side="right") - 1
+        found = np.searchsorted(self.edges, s, side="right") - 1
         return np.clip(found, 0, len(self._pieces) - 1).astype(np.int64)
 
     def at(self, s: Floats) -> tuple[Floats, Floats]:
@@ -72,7 +68,7 @@ class CurvePlaces:
         number = self._number(s)
         for index in sorted(set(map(int, number))):
             here, piece = number == index, self._pieces[index]
-            u = (s[here] - self._edges[index]) / piece.length
+            u = (s[here] - self.edges[index]) / piece.length
             angle = piece.sweep * u
             point[here] = (
                 _bernstein(len(piece.points) - 1, u) @ piece.points
@@ -84,7 +80,7 @@ class CurvePlaces:
 
     def bends(self, begin: Floats, end: Floats) -> Bends:
         first = self._number(begin)
-        last = np.maximum(first, np.searchsorted(self._edges, end, side="left") - 1)
+        last = np.maximum(first, np.searchsorted(self.edges, end, side="left") - 1)
         rate, second = self._rates[first], self._seconds[first]
         for step in range(1, int((last - first).max(initial=0)) + 1):
             other = np.minimum(first + step, last)
@@ -99,16 +95,12 @@ def _bernstein(degree: int, u: Floats) -> Floats:
     return binomials * u[:, None] ** powers * (1.0 - u[:, None]) ** (degree - powers)
 
 
-def _skew(w: Floats) -> Floats:
-    x, y, z = w.T
-    zero = np.zeros_like(x)
-    return np.stack((zero, -z, y, z, zero, -x, -y, x, zero), axis=1).reshape(-1, 3, 3)
-
-
 def _turns(w: Floats) -> Floats:
     """Return rotation matrices of rotation vectors by Rodrigues' formula, (c, 3) -> (c, 3, 3)."""
     angle = np.linalg.norm(w, axis=1)[:, None, None]
-    cross = _skew(w)
+    x, y, z = w.T
+    zero = np.zeros_like(x)
+    cross = np.stack((zero, -z, y, z, zero, -x, -y, x, zero), axis=1).reshape(-1, 3, 3)
     whole = np.asarray(np.sinc(angle / np.pi), dtype=np.float64)  # sin(a) / a
     half = np.asarray(np.sinc(angle / (2.0 * np.pi)), dtype=np.float64)
     return np.eye(3) + whole * cross + 0.5 * half**2 * (cross @ cross)

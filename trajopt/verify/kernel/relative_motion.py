@@ -76,6 +76,7 @@ class RelativeMotion:
         return inward @ frame_rotation, np.einsum("cij,cj->ci", inward, point - origin)
 
     def bounds(self, begin: Floats, end: Floats) -> RateBounds:
+        """Bound the rates over intervals, shape (c,) each [s]."""
         motion = self._motion
         poses = motion.poses((begin + end) / 2)
         moved = motion.deviation(begin, end)

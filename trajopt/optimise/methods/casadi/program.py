@@ -1,7 +1,6 @@
 """Transcription for CasADi: the program over knots, kinematics as expressions, contacts as callbacks."""
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -43,49 +42,14 @@ class Equalities:
     stage: Ints
 
 
-class KnotLayout(Protocol):
-    """Variables from which the ends of all segments follow."""
-
-    @property
-    def x(self) -> ca.MX:
-        """The variables, shape (v, 1)."""
-        ...
-
-    @property
-    def first(self) -> ca.MX:
-        """First ends of the segments, shape (n, N - 1)."""
-        ...
-
-    @property
-    def second(self) -> ca.MX:
-        """Second ends, shape (n, N - 1)."""
-        ...
-
-    @property
-    def bounds(self) -> tuple[Floats, Floats]:
-        """Lower and upper bounds of the variables, shape (v,)."""
-        ...
-
-    @property
-    def equalities(self) -> Equalities:
-        """Equalities between the variables."""
-        ...
-
-    def differences(self, order: int) -> ca.MX:
-        """Differences of the knots, shape (n, N - order)."""
-        ...
-
-    def pack(self, knots: Floats) -> Floats:
-        """Return the variables for knots of shape (N, n)."""
-        ...
-
-    def unpack(self, x: Floats) -> Floats:
-        """Return the knots, shape (N, n)."""
-        ...
-
-
 class Plain:
-    """The free knots are the variables, in order."""
+    """The free knots are the variables, in order.
+
+    Attributes:
+        x: The variables, shape (v, 1).
+        first: First ends of the segments, shape (n, N - 1).
+        second: Second ends, shape (n, N - 1).
+    """
 
     def __init__(self, lower: Floats, upper: Floats) -> None:
         self._lower, self._upper = lower, upper
@@ -106,6 +70,7 @@ class Plain:
 
     @property
     def equalities(self) -> Equalities:
+        """Equalities between the variables."""
         return Equalities(ca.MX(0, 1), np.empty(0, dtype=np.int64))
 
     def differences(self, order: int) -> ca.MX:
@@ -156,6 +121,7 @@ class Staged:
 
     @property
     def equalities(self) -> Equalities:
+        """Equalities between the variables."""
         values: list[ca.MX] = []
         stages: list[int] = []
         for stage in range(len(self._lower) - 1):
@@ -237,7 +203,7 @@ class CasadiTranscription:
     """A program over knots in CasADi's form, on fixed samples; `callbacks` are kept alive with it."""
 
     nlp: KnotsNlp
-    layout: KnotLayout
+    layout: Plain | Staged
     sampling: Ints
     callbacks: list[MeasuredRows] = field(default_factory=list[MeasuredRows])
 
