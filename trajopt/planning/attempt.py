@@ -3,13 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from trajopt.optimise.methods import (
-    Method,
-    Program,
-    SupportsEffort,
-    SupportsImprovement,
-    choose,
-)
+from trajopt.optimise.methods import Method, Program, SupportsEffort, SupportsImprovement, choose
 from trajopt.optimise.solvers import Effort, SolveResult
 from trajopt.planning.budget import Budget, BudgetTracker, Stopped
 from trajopt.planning.infeasibility import reasons

@@ -209,7 +209,9 @@ class GoalSearch:
 
     def _of(self, row: Row, incumbent: Result | None) -> Sequence[Candidate]:
         if row.source is None:
-            return self._promising(row)
+            nearest_first = sorted(self._seen, key=lambda seen: seen[0])
+            self._seen.clear()
+            return [candidate for _, candidate in nearest_first[: row.count]]
         if row.source is SeedKind.STRAIGHT:
             straight = (
                 self._from(StraightLines(each.kind), each) for each in self._branches[slice(*row.branches)]
@@ -225,11 +227,6 @@ class GoalSearch:
             any_will_do = row.to_any and not self.workspace.problem.waypoints
             self._running[row.source] = self._to_any(source, to) if any_will_do else self._in_turn(source, to)
         return [replace(item, effort=row.effort) for item in islice(self._running[row.source], row.count)]
-
-    def _promising(self, row: Row) -> list[Candidate]:
-        nearest_first = sorted(self._seen, key=lambda seen: seen[0])
-        self._seen.clear()
-        return [candidate for _, candidate in nearest_first[: row.count]]
 
     def _close_to(self, knots: Floats, row: Row) -> list[Candidate]:
         ending_there = [each for each in self._branches if np.array_equal(each.line.knots[-1], knots[-1])]

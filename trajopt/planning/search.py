@@ -159,7 +159,18 @@ class PlanSearch:
 
     def learn(self, candidate: Candidate, result: Result) -> None:
         next(goal for goal in self.goals if goal.goal_name == candidate.goal_name).learn(candidate, result)
-        attempted = _attempt(len(self.attempts) + 1, candidate, result)
+        solved = result.solve
+        block = None if solved is None or result.verified else worst_on_the_way(result.problem, solved)
+        attempted = Attempt(
+            number=len(self.attempts) + 1,
+            kind=candidate.kind,
+            status=result.status,
+            solver=None if solved is None else solved.status,
+            message=result.message,
+            iterations=0 if solved is None else len(solved.log),
+            block=block,
+            goal_name=candidate.goal_name,
+        )
         self.attempts.append(attempted)
         if result.cost < (float("inf") if self.incumbent is None else self.incumbent.cost):
             self.incumbent = replace(result, won=attempted, goal_name=candidate.goal_name)
@@ -230,21 +241,6 @@ def failure_of_all(problem: Problem, first: Result, known: Mapping[str, Result])
         message="; ".join(f"{name}: {failure.reason}" for name, failure in known.items()),
         alternatives={name: known[name] for name in nearest_first},
         certainty=Certainty.PROVEN if proven else Certainty.EVIDENCE,
-    )
-
-
-def _attempt(number: int, candidate: Candidate, result: Result) -> Attempt:
-    solved = result.solve
-    block = None if solved is None or result.verified else worst_on_the_way(result.problem, solved)
-    return Attempt(
-        number=number,
-        kind=candidate.kind,
-        status=result.status,
-        solver=None if solved is None else solved.status,
-        message=result.message,
-        iterations=0 if solved is None else len(solved.log),
-        block=block,
-        goal_name=candidate.goal_name,
     )
 
 

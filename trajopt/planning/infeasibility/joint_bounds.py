@@ -13,7 +13,6 @@ from trajopt.robot.joints import EXCESS, JointLimits, LimitKind, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.likely_units import meant_at_distance
-from trajopt.values.placement import Placement
 from trajopt.values.printed import in_length, in_unit
 from trajopt.values.shapes.shapes import Plane, bounding_sphere
 
@@ -323,9 +322,5 @@ def _balls(required: Requirement) -> tuple[tuple[Floats, float], ...]:
         if any(isinstance(shape, Plane) for shape, _ in required.members):
             return ()
         spheres = [(bounding_sphere(shape), where) for shape, where in required.members]
-        return tuple((_moved(where, centre), radius) for (centre, radius), where in spheres)
+        return tuple((where * centre, radius) for (centre, radius), where in spheres)
     return ()
-
-
-def _moved(where: Placement, point: Floats) -> Floats:
-    return where * point

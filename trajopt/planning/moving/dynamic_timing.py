@@ -79,14 +79,11 @@ class Waiting:
     def _sooner(self, trajectory: Trajectory, blocked: float, clear: float) -> float:
         for _ in range(HALVINGS):
             middle = (blocked + clear) / 2.0
-            if self._clear(trajectory, middle):
+            if not len(self._met(trajectory, middle)):
                 clear = middle
             else:
                 blocked = middle
         return clear
-
-    def _clear(self, trajectory: Trajectory, wait: float) -> bool:
-        return not len(self._met(trajectory, wait))
 
     def _met(self, trajectory: Trajectory, wait: float) -> Floats:
         """Return times along a motion at which an object is too near if it is begun after a wait, few [s].

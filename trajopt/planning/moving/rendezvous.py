@@ -124,11 +124,6 @@ class Rendezvous:
                 failed = middle
         return found
 
-    def _keep(self, found: Result) -> None:
-        self._found = found
-        if self.search.on_incumbent is not None:
-            self.search.on_incumbent(found)
-
     def _met(self, meeting: float) -> tuple[Result, float]:
         """Return a motion that meets the goal at a time, or why not, and before which time none can."""
         still = self.search.again(self._still(meeting), most=ATTEMPTS).run()
@@ -143,7 +138,9 @@ class Rendezvous:
             judged = self._work.judged(MotionCandidate(path, motion, None), still.solve)
             if judged.verified:
                 found = self._as_said(judged, still, meeting)
-                self._keep(found)
+                self._found = found
+                if self.search.on_incumbent is not None:
+                    self.search.on_incumbent(found)
                 return found, 0.0
             refused = refused or replace(
                 judged, message=f"the motion that meets the goal at {meeting:.2f} s: {judged.message}"
