@@ -98,7 +98,11 @@ class _Enclosed:
         size = float(np.linalg.norm(gravity))
         axes, slides = _axes(model)
         tilts = _tilts(model, axes, slides, gravity / size if size else gravity)
-        ranges = _slide_ranges(reduced)
+        limits = reduced.limits
+        lower, upper = np.maximum(limits.lower, -ENDLESS), np.minimum(limits.upper, ENDLESS)
+        middle = reduced.mimic_matrix @ (0.5 * (lower + upper)) + reduced.mimic_offset
+        half = np.abs(reduced.mimic_matrix) @ (0.5 * (upper - lower))
+        ranges = np.stack((middle - half, middle + half), axis=1)
         moments: dict[int, _Moments] = {}
         for joint in range(model.njoints - 1, 0, -1):
             carried = {
@@ -150,14 +154,6 @@ def _tilts(
 def _angle(first: Floats, second: Floats) -> float:
     (a, b, c), (x, y, z) = first.tolist(), second.tolist()
     return atan2(hypot(b * z - c * y, c * x - a * z, a * y - b * x), a * x + b * y + c * z)
-
-
-def _slide_ranges(reduced: ReducedModel) -> Floats:
-    limits = reduced.limits
-    lower, upper = np.maximum(limits.lower, -ENDLESS), np.minimum(limits.upper, ENDLESS)
-    middle = reduced.mimic_matrix @ (0.5 * (lower + upper)) + reduced.mimic_offset
-    half = np.abs(reduced.mimic_matrix) @ (0.5 * (upper - lower))
-    return np.stack((middle - half, middle + half), axis=1)
 
 
 def _moments(model: pin.Model, joint: int, axes: list[Floats], outer: dict[int, _Moments]) -> _Moments:

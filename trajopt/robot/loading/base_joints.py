@@ -44,7 +44,8 @@ def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
         for joint in root.findall("joint")
         if joint.get("type") in SEVERAL_DEGREES_OF_FREEDOM
     }
-    bottom = _root_link(root)
+    children = {_child(joint) for joint in root.findall("joint")}
+    bottom = next((n for link in root.findall("link") if (n := link.get("name", "")) not in children), "")
     virtual = next((joint for joint in srdf.virtual_joints if joint.child == bottom), None)
     known, frame = ("", "") if virtual is None else (virtual.name, virtual.frame)
     limits = dict(urdf.limits)
@@ -74,11 +75,6 @@ def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
         limits,
         mounted,
     )
-
-
-def _root_link(root: ElementTree.Element) -> str:
-    children = {_child(joint) for joint in root.findall("joint")}
-    return next((n for link in root.findall("link") if (n := link.get("name", "")) not in children), "")
 
 
 def _child(joint: ElementTree.Element) -> str:

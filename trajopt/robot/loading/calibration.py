@@ -216,7 +216,13 @@ def _read_deltas(file: Path, nominal: Parameters) -> Chain:
     for name, text in cast("list[tuple[str, str]]", _DELTA.findall(read_text(file))):
         if name in found:
             raise FileFormatError(str(file), f"delta_{name} is there twice")
-        found[name] = _six(file, name, text)
+        try:
+            values = np.array([float(part) for part in text.split(",")])
+        except ValueError:
+            values = np.zeros(0)
+        if len(values) != 6 or not np.isfinite(values).all():
+            raise FileFormatError(str(file), f"delta_{name} must be six finite numbers, is {shown(text)}")
+        found[name] = values
     if missing := [f"delta_{name}" for name in ("theta", "d", "a", "alpha") if name not in found]:
         raise FileFormatError(str(file), f"is not a calibration: it lacks {listed(missing)}")
     for name in ("a", "alpha"):
@@ -228,16 +234,6 @@ def _read_deltas(file: Path, nominal: Parameters) -> Chain:
         nominal.a + found["a"],
         nominal.alpha + found["alpha"],
     ).chain()
-
-
-def _six(file: Path, name: str, text: str) -> Floats:
-    try:
-        values = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        values = np.zeros(0)
-    if len(values) != 6 or not np.isfinite(values).all():
-        raise FileFormatError(str(file), f"delta_{name} must be six finite numbers, is {shown(text)}")
-    return values
 
 
 def _read_kinematics(file: Path) -> Chain:

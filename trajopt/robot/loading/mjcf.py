@@ -344,17 +344,14 @@ def geom_shape(model: Any, geom: int, name: str) -> Shape:
         case 6:
             return Box(2.0 * x, 2.0 * y, 2.0 * z)
         case 7:
-            return _mesh(model, int(model.geom_dataid[geom]))
+            mesh = int(model.geom_dataid[geom])
+            first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            face, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+            corners = np.array(model.mesh_vert[first : first + count], dtype=float)
+            return Mesh(corners, np.array(model.mesh_face[face : face + faces], dtype=np.int32))
         case _:
             reason = "is a height field or a signed distance field, which no link can have"
             raise ModelError(f"geom {shown(name)} {reason}; use a mesh or primitives")
-
-
-def _mesh(model: Any, mesh: int) -> Mesh:
-    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    face, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
-    corners = np.array(model.mesh_vert[first : first + count], dtype=float)
-    return Mesh(corners, np.array(model.mesh_face[face : face + faces], dtype=np.int32))
 
 
 def _around_ellipsoid(radii: Floats) -> Shape:
@@ -399,14 +396,10 @@ def untouching(model: Any, owners: Mapping[int, str]) -> frozenset[frozenset[str
         pair, bodies_of = frozenset((one, other)), (bodies[one], bodies[other])
         if pair in demanded:
             continue
-        apart = not any(_bits_meet(a, b) for a, b in product(bits[one], bits[other]))
+        apart = not any(bool(a[0] & b[1] or b[0] & a[1]) for a, b in product(bits[one], bits[other]))
         if apart or frozenset(bodies_of) in excluded or _hang_together(model, *bodies_of):
             found.add(pair)
     return frozenset(found)
-
-
-def _bits_meet(a: tuple[int, int], b: tuple[int, int]) -> bool:
-    return bool(a[0] & b[1] or b[0] & a[1])
 
 
 def _hang_together(model: Any, a: int, b: int) -> bool:

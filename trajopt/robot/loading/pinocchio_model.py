@@ -12,14 +12,7 @@ from trajopt.robot.joints import JointLimits, configuration, draw_positions, eff
 from trajopt.robot.loading.srdf import GroupElement
 from trajopt.robot.loading.urdf import LinkGeometry, Urdf
 from trajopt.values.arrays import Floats, readonly
-from trajopt.values.errors import (
-    FrameNotFound,
-    JointNotFound,
-    ModelError,
-    UnsupportedJoint,
-    listed,
-    shown,
-)
+from trajopt.values.errors import FrameNotFound, JointNotFound, ModelError, UnsupportedJoint, listed, shown
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Shape, Sphere, convex

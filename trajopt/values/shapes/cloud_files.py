@@ -26,7 +26,9 @@ def pcd_points(data: bytes) -> Floats:
     if mark < 1:
         raise ValueError("no PCD header")
     end = data.index(b"\n", mark)
-    header = _pcd_header(data[:end].decode("ascii", errors="replace"))
+    text = data[:end].decode("ascii", errors="replace")
+    lines = [line.split() for line in text.splitlines() if line and not line.startswith("#")]
+    header = {words[0]: words[1:] for words in lines if words}
     fields, count = header["FIELDS"], int(header["POINTS"][0])
     kinds = [f"<{kind.lower()}{size}" for kind, size in zip(header["TYPE"], header["SIZE"], strict=True)]
     repeats = [int(number) for number in header.get("COUNT", ["1"] * len(fields))]
@@ -45,11 +47,6 @@ def pcd_points(data: bytes) -> Floats:
     if form != "binary_compressed":
         raise ValueError(f"unknown kind of data {form!r}")
     return _pcd_columns(_unfolded(body, count * row.itemsize), row, count)
-
-
-def _pcd_header(text: str) -> Mapping[str, Sequence[str]]:
-    lines = [line.split() for line in text.splitlines() if line and not line.startswith("#")]
-    return {words[0]: words[1:] for words in lines if words}
 
 
 def _pcd_ascii(body: bytes, fields: Sequence[str], repeats: Sequence[int], count: int) -> Floats:

@@ -278,16 +278,12 @@ def fewer(cloud: Points | Voxels, most: int) -> Points | Voxels:
         if isinstance(cloud, Voxels):
             cloud = Voxels(cloud.keys >> 1, 2.0 * cloud.size)
         else:
-            cloud = _coarser(cloud, most)
+            cell, thin = cloud.radius / 2.0, cloud
+            while len(thin) > most:
+                cell *= 2.0
+                thin = cloud.thinned(min(cell, LARGEST_SIZE))
+            cloud = thin
     return cloud
-
-
-def _coarser(cloud: Points, most: int) -> Points:
-    cell, thin = cloud.radius / 2.0, cloud
-    while len(thin) > most:
-        cell *= 2.0
-        thin = cloud.thinned(min(cell, LARGEST_SIZE))
-    return thin
 
 
 def centres_of(cloud: Points | Voxels) -> Floats:
