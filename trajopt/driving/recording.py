@@ -130,10 +130,12 @@ class Recording(Value):
 
     @property
     def robot(self) -> Robot:
+        """The robot."""
         return self.sightings[0].world.scene.robot
 
     @property
     def begin(self) -> float:
+        """Time of the first sample [s]."""
         return float(self.times[0])
 
     @property
@@ -245,7 +247,11 @@ class Logbook:
         """Record the present state."""
         with self._lock:
             if self._watched is None:
-                self._begin(watched)
+                self._watched, problem, driven = watched, watched.problem, watched.executor.joint_names
+                self._columns = [driven.index(name) for name in problem.reduced.joint_names]
+                robot, start = problem.scene.robot, np.array(problem.start_positions)
+                start[robot.index(driven)] = watched.executor.state().commanded
+                self._start = robot.followed(start)
             elif watched is not self._watched:
                 raise ProblemError("a logbook records one driver; make another logbook")
             self._look(watched)
@@ -286,13 +292,6 @@ class Logbook:
     def moment(self) -> RecordedMoment:
         """The state at the last sample."""
         return self._recording(LATEST).at(np.inf)
-
-    def _begin(self, watched: Watched) -> None:
-        self._watched, problem, driven = watched, watched.problem, watched.executor.joint_names
-        self._columns = [driven.index(name) for name in problem.reduced.joint_names]
-        robot, start = problem.scene.robot, np.array(problem.start_positions)
-        start[robot.index(driven)] = watched.executor.state().commanded
-        self._start = robot.followed(start)
 
     def _note_motions(self, watched: Watched, now: float) -> None:
         names, pieces = watched.problem.reduced.joint_names, watched.committed.pieces

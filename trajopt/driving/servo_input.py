@@ -377,7 +377,7 @@ class Gamepad:
         self._pygame = pygame
         self._pad: Controller = controller.Controller(pads[number])
         self._frame, self._speed, self._cross = frame, 1.0, 0
-        self._done = False
+        self.done = False
 
     @property
     def name(self) -> str:
@@ -388,7 +388,7 @@ class Gamepad:
         pygame = self._pygame
         pygame.event.pump()
         if not self._pad.attached():
-            self._done = True
+            self.done = True
             return Order(released="the gamepad is disconnected")
         speed = self._faster()
         if not self._held(pygame.CONTROLLER_BUTTON_LEFTSHOULDER):
@@ -405,10 +405,6 @@ class Gamepad:
         else:
             linear, angular = (ahead, left, up), (0.0, 0.0, about)
         return Order(command=Twist(np.array(linear), np.array(angular), self._frame), speed=speed)
-
-    @property
-    def done(self) -> bool:
-        return self._done
 
     def close(self) -> None:
         self._pad.quit()

@@ -58,7 +58,7 @@ class Tool(Value):
         point = placed.rotation[0, joint] @ held.translation + placed.translation[0, joint]
         moved = placed.jacobian[0][:, chain].T
         angular = moved[:, 3:]
-        linear = moved[:, :3] + angular @ _across(point)
+        linear = moved[:, :3] + angular @ (point @ _ACROSS).reshape(3, 3)
         return Tool(reduced, placed, linear, angular, reduced.mimic_matrix[chain, :joints])
 
     def placement(self, frame: str) -> Placement:
@@ -122,10 +122,6 @@ def _farther(count: int) -> Floats:
 
 def _as_lengths(twist: Floats) -> Floats:
     return np.concatenate((twist[:3], LENGTH * twist[3:]))
-
-
-def _across(vector: Floats) -> Floats:
-    return (vector @ _ACROSS).reshape(3, 3)
 
 
 def _turned(matrices: Floats) -> Floats:

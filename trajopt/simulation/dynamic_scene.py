@@ -143,12 +143,8 @@ class Presence:
         model.pair_geom1[:], model.pair_geom2[:] = self._pairs
         for name, pairs in self._of.items():
             if not self._changing.present(name, time):
-                model.pair_geom1[pairs], model.pair_geom2[pairs] = self._nowhere
-
-    @property
-    def _nowhere(self) -> tuple[int, int]:
-        one, other = (self._model.geom(name).id for name in NOWHERE)
-        return one, other
+                one, other = (self._model.geom(name).id for name in NOWHERE)
+                model.pair_geom1[pairs], model.pair_geom2[pairs] = one, other
 
 
 CONE_TOLERANCE = 5e-6

@@ -415,7 +415,15 @@ class _Run:
         options, plant, whole = self._options, self._plant, self._whole
         trajectory = in_group_order(phase.reduced, phase.trajectory)
         followed = reference(trajectory, options.dt, phase.rest + settling)
-        aimed = _aimed(whole, followed, trajectory.joint_names, at)
+        count = len(followed.times)
+        resting = at[whole.scene.robot.index(whole.joint_names)]
+        columns = [whole.joint_names.index(name) for name in trajectory.joint_names]
+        positions = np.tile(resting, (count, 1))
+        velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
+        positions[:, columns] = followed.positions
+        velocities[:, columns] = followed.velocities
+        accelerations[:, columns] = followed.accelerations
+        aimed = Reference(followed.times, positions, velocities, accelerations)
         controller = ComputedTorque(self._known(phase, at), options)
         press = _Press(phase, whole.joint_names, options.dt)
         for step, t in enumerate(followed.times.tolist()[:-1]):
@@ -483,19 +491,6 @@ class _Press:
     def __call__(self, t: float, torques: Floats) -> Floats:
         share = min(max((t - self._since) / self._rest, 0.0), 1.0) if self._grows else 1.0
         return np.where(self._pressing, (1.0 - share) * torques + share * self._forces, torques)
-
-
-def _aimed(whole: ReducedModel, followed: Reference, moved: tuple[str, ...], at: Floats) -> Reference:
-    """Return a reference of all simulated joints; other joints stay at their planned positions."""
-    count = len(followed.times)
-    resting = at[whole.scene.robot.index(whole.joint_names)]
-    columns = [whole.joint_names.index(name) for name in moved]
-    positions = np.tile(resting, (count, 1))
-    velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
-    positions[:, columns] = followed.positions
-    velocities[:, columns] = followed.velocities
-    accelerations[:, columns] = followed.accelerations
-    return Reference(followed.times, positions, velocities, accelerations)
 
 
 def _with_followers(reduced: ReducedModel, joints: Collection[str]) -> tuple[str, ...]:

@@ -42,7 +42,12 @@ class Plant:
         self._changing = report.changing
         self._presence = Presence(report.changing, self.model, self._owner)
         self._mimic_matrix, self._mimic_offset = reduced.mimic_matrix, reduced.mimic_offset
-        self.massless = self._massless(reduced)
+        self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
+        full = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, full)
+        moved = np.diag(self._mimic_matrix.T @ full[self._velocity][:, self._velocity] @ self._mimic_matrix)
+        light = np.flatnonzero(moved < SMALLEST_MOVED_INERTIA)
+        self.massless = reduced.joint_names[int(light[0])] if len(light) else ""
 
     @property
     def positions(self) -> Floats:
@@ -103,11 +108,3 @@ class Plant:
         self._put(time)
         mujoco.mj_forward(self.model, self.data)
         return self._touching()
-
-    def _massless(self, reduced: ReducedModel) -> str:
-        self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
-        full = np.zeros((self.model.nv, self.model.nv))
-        mujoco.mj_fullM(self.model, self.data, full)
-        moved = np.diag(self._mimic_matrix.T @ full[self._velocity][:, self._velocity] @ self._mimic_matrix)
-        light = np.flatnonzero(moved < SMALLEST_MOVED_INERTIA)
-        return reduced.joint_names[int(light[0])] if len(light) else ""

@@ -134,7 +134,10 @@ class Studio:
             if owner in view.hiding:
                 self._model.geom_rgba[geom, 3] = min(TRANSLUCENT, self._model.geom_rgba[geom, 3])
         adapt_to_camera(self._model, view.camera.azimuth, view.camera.distance)
-        _fit(self._model, canvas)
+        model = self._model
+        model.vis.global_.offwidth, model.vis.global_.offheight = canvas.width, canvas.height
+        model.vis.global_.fovy = float(np.rad2deg(FIELD_OF_VIEW))
+        model.vis.quality.shadowsize = canvas.shadow
         self._camera = _mujoco_camera(view.camera)
         self._options = mujoco.MjvOption()
         self._options.geomgroup[HALO_GROUP] = 1
@@ -211,12 +214,6 @@ class Studio:
             geom.category = mujoco.mjtCatBit.mjCAT_DECOR.value
             self._scene.ngeom += 1
             previous = point
-
-
-def _fit(model: mujoco.MjModel, canvas: Canvas) -> None:
-    model.vis.global_.offwidth, model.vis.global_.offheight = canvas.width, canvas.height
-    model.vis.global_.fovy = float(np.rad2deg(FIELD_OF_VIEW))
-    model.vis.quality.shadowsize = canvas.shadow
 
 
 def _mujoco_camera(view: CameraView) -> mujoco.MjvCamera:
