@@ -298,6 +298,7 @@ class RunPublisher:
         self._thread.join()
 
     def robot(self) -> dict[str, object]:
+        """Return the robot as a message."""
         return message_of(self._problem.scene.robot, {})
 
     def scene(self) -> dict[str, object]:

@@ -445,7 +445,10 @@ def _histories(
         panel.set_yscale("log")
         panel.set_title(problem, fontsize="medium", loc="left")
         panel.set_xlabel("CPU time [ms]")
-        _few_ticks(panel)
+        low, high = panel.get_xlim()
+        ticks = sorted({float(f"{place:.1g}") for place in np.geomspace(low, high, 5)[1:-1]})
+        panel.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        panel.set_xticks([], minor=True)
         panel.set_ylabel("violation (L1)")
         _finish(panel)
     _legend(figure, panels, len(problems))
@@ -511,13 +514,6 @@ def _legend(figure: "Figure", panels: "Sequence[Axes]", used: int) -> None:
         list(named.values()), list(named),
         loc="outside lower center", ncols=7, frameon=False, fontsize="small",
     )  # fmt: skip
-
-
-def _few_ticks(axes: "Axes") -> None:
-    low, high = axes.get_xlim()
-    ticks = sorted({float(f"{place:.1g}") for place in np.geomspace(low, high, 5)[1:-1]})
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.set_xticks([], minor=True)
 
 
 def _finish(axes: "Axes") -> None:

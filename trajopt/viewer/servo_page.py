@@ -86,7 +86,15 @@ class ServoPage(Served):
 
         @self._lead.on_update
         def _(_: object) -> None:
-            self._show_controls()
+            lead = Lead(self._lead.value)
+            with self._server.atomic():
+                for each in self._twist:
+                    each.visible = lead is Lead.TOOL
+                for each in self._joints.values():
+                    each.visible = lead is Lead.JOINTS
+                self._gizmo.visible = lead is Lead.GIZMO
+                if lead is Lead.GIZMO:
+                    self._gizmo_to_the_tool()
 
         @middle.on_click
         def _(_: object) -> None:
@@ -134,17 +142,6 @@ class ServoPage(Served):
             case Lead.GIZMO:
                 w, x, y, z = self._gizmo.wxyz
                 return Pose(placed(self._gizmo.position, quaternion=(x, y, z, w)))
-
-    def _show_controls(self) -> None:
-        lead = Lead(self._lead.value)
-        with self._server.atomic():
-            for each in self._twist:
-                each.visible = lead is Lead.TOOL
-            for each in self._joints.values():
-                each.visible = lead is Lead.JOINTS
-            self._gizmo.visible = lead is Lead.GIZMO
-            if lead is Lead.GIZMO:
-                self._gizmo_to_the_tool()
 
     def _gizmo_to_the_tool(self) -> None:
         reduced, looked = self._drawing.reduced, self._logbook.samples

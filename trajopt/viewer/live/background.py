@@ -137,7 +137,11 @@ def reach_of(reduced: ReducedModel, hand: str) -> Reach:
     base = reduced.scene.placement_of(reduced.scene.robot.links[0], reduced.start).translation
     cells = np.argwhere(found.hits > 0)
     points = found.origin + CELL * (cells + 0.5)
-    chosen = _on_planes(points, now, base)
+    ahead = (now - base)[:2]
+    length = float(np.linalg.norm(ahead))
+    aside = np.array((-ahead[1], ahead[0])) / length if length > CELL else np.array((0.0, 1.0))
+    level = np.abs(points[:, 2] - now[2]) <= CELL / 2.0
+    chosen = level | (np.abs((points - base)[:, :2] @ aside) <= CELL / 2.0)
     share = found.reachability_index[tuple(cells[chosen].T)]
     words = (
         f"The hand reaches {found.volume:.2f} m³ without a collision. Dots show two planes through it: dark "
@@ -165,14 +169,6 @@ class Reaching:
 
     def close(self) -> None:
         self._thread.join()
-
-
-def _on_planes(points: Floats, now: Floats, base: Floats) -> NDArray[np.bool_]:
-    ahead = (now - base)[:2]
-    length = float(np.linalg.norm(ahead))
-    aside = np.array((-ahead[1], ahead[0])) / length if length > CELL else np.array((0.0, 1.0))
-    level = np.abs(points[:, 2] - now[2]) <= CELL / 2.0
-    return level | (np.abs((points - base)[:, :2] @ aside) <= CELL / 2.0)
 
 
 def _painted(share: Floats) -> NDArray[np.uint8]:

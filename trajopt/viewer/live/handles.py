@@ -14,15 +14,7 @@ from trajopt.values.placement import Placement, placement, scalar_first
 from trajopt.values.shapes.shapes import Plane
 from trajopt.viewer import palette
 from trajopt.viewer.clearance import ClearanceQuery, Nearest
-from trajopt.viewer.drawing import (
-    PAIRS,
-    Drawing,
-    Ghost,
-    NearestDrawing,
-    in_world,
-    surface,
-    telling_pairs,
-)
+from trajopt.viewer.drawing import PAIRS, Drawing, Ghost, NearestDrawing, in_world, surface, telling_pairs
 from trajopt.viewer.live.objects import is_carried
 from trajopt.viewer.live.workbench import Goal, Reachability
 from trajopt.viewer.palette import Rgb

@@ -19,16 +19,7 @@ from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ModelError, shown
 from trajopt.values.placement import WORLD, Placement, placement
-from trajopt.values.shapes.shapes import (
-    Box,
-    Capsule,
-    Cone,
-    Cylinder,
-    Plane,
-    Shape,
-    Sphere,
-    placed_box,
-)
+from trajopt.values.shapes.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, placed_box
 from trajopt.viewer.live.panels import Lever
 from trajopt.viewer.live.workbench import Workbench, hand_at
 

@@ -46,27 +46,23 @@ class Workbench:
             if start is None
             else stated_configuration(robot, "start", start, group=self.group)
         )
-        self._reduced = reduce_model(scene, self.group, self._start)
-        self.hand = tool_frame(self._reduced)
+        self.reduced = reduce_model(scene, self.group, self._start)
+        self.hand = tool_frame(self.reduced)
         self.held = ""
-        self.turned = len(self._reduced.joint_names) >= SPATIAL
-        self.goal: Goal = goal_of_joints(self._reduced, self.hand, self._reduced.start_positions)
+        self.turned = len(self.reduced.joint_names) >= SPATIAL
+        self.goal: Goal = goal_of_joints(self.reduced, self.hand, self.reduced.start_positions)
 
     @property
     def scene(self) -> Scene:
-        return self._reduced.scene
-
-    @property
-    def reduced(self) -> ReducedModel:
-        return self._reduced
+        return self.reduced.scene
 
     @property
     def positions(self) -> Floats:
-        return self._reduced.start_positions
+        return self.reduced.start_positions
 
     @property
     def states(self) -> Mapping[str, Floats]:
-        robot, place = self.scene.robot, self.scene.robot.index(self._reduced.joint_names)
+        robot, place = self.scene.robot, self.scene.robot.index(self.reduced.joint_names)
         names = (name for owner, name in robot.states if owner == self.group)
         return {name: robot.positions(name, group=self.group)[place] for name in names}
 
@@ -91,18 +87,18 @@ class Workbench:
         )
 
     def move_hand(self, placement: Placement) -> None:
-        self.goal = goal_of_hand(self._reduced, self.hand, placement, self.goal.positions, turned=self.turned)
+        self.goal = goal_of_hand(self.reduced, self.hand, placement, self.goal.positions, turned=self.turned)
 
     def move_joints(self, positions: Floats) -> None:
-        self.goal = goal_of_joints(self._reduced, self.hand, positions)
+        self.goal = goal_of_joints(self.reduced, self.hand, positions)
 
     def move_joint(self, joint: str, position: float) -> None:
         positions = np.array(self.goal.positions)
-        positions[self._reduced.joint_names.index(joint)] = position
+        positions[self.reduced.joint_names.index(joint)] = position
         self.move_joints(positions)
 
     def take_posture(self, positions: Floats) -> None:
-        self.goal = _judged(self._reduced, self.goal.placement, positions, self.goal.required)
+        self.goal = _judged(self.reduced, self.goal.placement, positions, self.goal.required)
 
     def count_orientation(self, turned: bool) -> None:
         self.turned = turned
@@ -112,21 +108,18 @@ class Workbench:
         self.move_joints(self.positions)
 
     def stand(self, positions: Floats) -> None:
-        self._start = readonly(self._reduced.all_positions(positions))
-        self._renew(self.scene)
-
-    def change(self, scene: Scene) -> None:
-        self._renew(scene)
+        self._start = readonly(self.reduced.all_positions(positions))
+        self.change(self.scene)
 
     def placement_of(self, name: str) -> Placement:
-        return self.scene.placement_of(name, self._reduced.all_positions(self.positions))
+        return self.scene.placement_of(name, self.reduced.all_positions(self.positions))
 
     @property
     def hand_now(self) -> Placement:
-        return hand_at(self._reduced, self.hand, self.positions)
+        return hand_at(self.reduced, self.hand, self.positions)
 
-    def _renew(self, scene: Scene) -> None:
-        self._reduced = reduce_model(scene, self.group, self._start)
+    def change(self, scene: Scene) -> None:
+        self.reduced = reduce_model(scene, self.group, self._start)
         goal = self.goal
         if goal.reachability is Reachability.OUT_OF_REACH or goal.required.frames:
             self.move_hand(goal.placement)
@@ -189,7 +182,8 @@ def goal_of_hand(
         return _judged(reduced, placement, found.free[0], required)
     if found.colliding:
         return _judged(reduced, placement, found.colliding[0], required)
-    free = _without_limits(reduced)
+    everywhere = np.full(len(reduced.joint_names), inf)
+    free = replace(reduced, limits=replace(reduced.limits, lower=-everywhere, upper=everywhere))
     beyond = inverse_kinematics(free, required, near=near, starts=STARTS)
     held = (*beyond.free, *beyond.colliding)
     if held:
@@ -245,11 +239,6 @@ def _said(reduced: ReducedModel, found: Validity) -> tuple[Reachability, str]:
 def _listed(reasons: list[str]) -> str:
     more = f"; and {len(reasons) - NAMED} more" if len(reasons) > NAMED else ""
     return "; ".join(reasons[:NAMED]) + more
-
-
-def _without_limits(reduced: ReducedModel) -> ReducedModel:
-    everywhere = np.full(len(reduced.joint_names), inf)
-    return replace(reduced, limits=replace(reduced.limits, lower=-everywhere, upper=everywhere))
 
 
 def _missed(reduced: ReducedModel, hand: str, placement: Placement, positions: Floats) -> str:

@@ -14,7 +14,6 @@ from trajopt.files.bundle import Holds
 from trajopt.geometry import evaluator
 from trajopt.lab.suite.html import table
 from trajopt.optimise.terms.joint_positions import fixed_positions
-from trajopt.problem.problem import Problem
 from trajopt.scene.reduced import ReducedModel
 from trajopt.tasks.sequence import MotionSequence
 from trajopt.values.arrays import Floats, Value
@@ -245,13 +244,10 @@ def _ghosts(subject: Subject) -> Iterator[GhostAt]:
     if subject.nearest_free is not None:
         yield GhostAt("free", subject.nearest_free, SAFE)
     if subject.blocked is None and subject.trajectory is None and subject.path is None:
-        goal = _goal(subject.problem)
+        problem = subject.problem
+        goal = None if problem.alternatives else fixed_positions(problem.goals, problem.reduced)
         if goal is not None:
             yield GhostAt("goal", goal, GOAL)
-
-
-def _goal(problem: Problem) -> Floats | None:
-    return None if problem.alternatives else fixed_positions(problem.goals, problem.reduced)
 
 
 def _stood(shown: Scenery) -> str:
