@@ -47,10 +47,6 @@ def retime_path(
     """
     limits, reduced = limits or problem.limits, problem.reduced
     query = query or problem.evaluator(reduced)
-
-    def deviation(smooth: Floats, straight: Floats) -> Floats:
-        return query.displacement(smooth, straight)
-
     limited = np.isfinite(limits.effort).any()
     return retime(
         path,
@@ -58,7 +54,7 @@ def retime_path(
         through=through,
         inverse_dynamics=query.dynamics.torque if limited else None,
         tools=tool_limits(query, problem.tool_speeds),
-        deviation=deviation,
+        deviation=query.displacement,
         options=replace(RetimeOptions(), path_tolerance=tolerance),
     )
 
