@@ -11,7 +11,7 @@ from trajopt.optimise.methods import method_of
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.values.arrays import Value
-from trajopt.values.printed import in_joint_position, in_range, in_short, in_unit, in_unit_apart
+from trajopt.values.printed import in_degrees, in_joint_position, in_range, in_short, in_unit, in_unit_apart
 
 LINE = 260
 """Characters that a person still takes in as one line."""
@@ -100,6 +100,7 @@ def test_a_certificate_is_in_millimetres_and_degrees(result: to.Result) -> None:
         (0.004, "m", "4 mm"),
         (1.25, "m", "1.25 m"),
         (0.5, "rad", "28.65 deg"),
+        (-5e-12, "rad", "0 deg"),
         (-0.5, "rad/s", "-28.65 deg/s"),
         (0.25, "m/s", "250 mm/s"),
         (12.5, "Nm", "12.5 Nm"),
@@ -108,6 +109,11 @@ def test_a_certificate_is_in_millimetres_and_degrees(result: to.Result) -> None:
 )
 def test_numbers_have_the_units_that_people_speak_in(value: float, unit: str, said: str) -> None:
     assert in_unit(value, unit) == said
+
+
+def test_rounding_errors_of_angles_print_as_zero() -> None:
+    assert in_degrees(-1e-16) == "0 deg"
+    assert in_degrees(1e-6) == "5.73e-05 deg"
 
 
 def test_joint_positions_and_ranges() -> None:

@@ -1,5 +1,6 @@
 """What many URDFs lack is filled in, and what cannot be read is named, not told on standard error."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -192,8 +193,23 @@ def test_notes_elements_that_are_repeated(tmp_path: Path) -> None:
 @pytest.mark.parametrize("between", ["</geometry><geometry>", ""])
 def test_rejects_a_collision_of_two_shapes(between: str, tmp_path: Path) -> None:
     two = f'<geometry><box size="0.1 0.1 0.1"/>{between}<sphere radius="0.3"/></geometry>'
-    with pytest.raises(FileFormatError, match="base: a <collision> has 2 shapes"):
+    with pytest.raises(FileFormatError, match="link 'base': a <collision> has 2 shapes"):
         changed_arm(tmp_path, '<geometry><box size="0.1 0.1 0.1"/></geometry>', two)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "offender"),
+    [
+        ('<box size="0.1 0.1 0.1"/>', '<box size="0.1 0 0.1"/>', "link 'base': Box.y: must be positive"),
+        ('<box size="0.1 0.1 0.1"/>', "<donut/>", "link 'base': a <geometry> has no known shape"),
+        ('ixx="0.0001"', 'ixx="nan"', "link 'finger': <inertia ixx='nan'> holds"),
+        ('lower="0" upper="0.3"', 'lower="-inf" upper="0.3"', "joint 'reach': <limit lower='-inf'> holds"),
+        ('multiplier="-0.5"', 'multiplier="half"', "joint 'follow': <mimic multiplier='half'> is not a list"),
+    ],
+)
+def test_errors_name_the_link_or_joint(old: str, new: str, offender: str, tmp_path: Path) -> None:
+    with pytest.raises(FileFormatError, match=re.escape(offender)):
+        changed_arm(tmp_path, old, new)
 
 
 def test_limits_of_acceleration_and_jerk_are_read(tmp_path: Path) -> None:

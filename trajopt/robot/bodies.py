@@ -172,7 +172,7 @@ def convex_pieces(
         tolerance: Largest protrusion of pieces [m].
     """
     if not len(mesh.faces):
-        raise ShapeError("mesh", "has no face, so there is nothing to cover")
+        raise ShapeError("mesh", "has no face with an area, so there is nothing to cover")
     if not (hull_excess >= 0.0 and tolerance > 0.0 and max_pieces >= 1):
         given = f"{hull_excess:g}, {tolerance:g}, {max_pieces}"
         raise ShapeError("hull_excess, tolerance, max_pieces", f"need >= 0, > 0, >= 1, are {given}")

@@ -9,7 +9,7 @@ from trajopt.values.arrays import Floats
 SMALL = 0.1
 """Lengths below this are printed in millimetres [m]."""
 ROUNDING = 1e-9
-"""Lengths below this are rounding errors and print as 0 [m]."""
+"""Lengths and angles below this are rounding errors and print as 0 [m | rad]."""
 PRINTED_UNITS = {"m": ("mm", 1e3), "rad": ("deg", float(np.degrees(1.0)))}
 """Unit -> printed unit and factor, for metres and radians."""
 LONGEST_LINE = 200
@@ -24,7 +24,9 @@ def in_length(metres: float) -> str:
 
 
 def in_degrees(radians: float) -> str:
-    """Print an angle in degrees."""
+    """Print an angle in degrees; rounding errors print as 0 deg."""
+    if abs(radians) < ROUNDING:
+        return "0 deg"
     return f"{np.rad2deg(radians):.3g} deg"
 
 
@@ -42,6 +44,8 @@ def in_unit(value: float, unit: str) -> str:
     """Print a number with its unit: 0.004 m as 4 mm, 0.5 rad/s as 28.65 deg/s."""
     if unit == "m":
         return in_length(value)
+    if unit == "rad" and abs(value) < ROUNDING:
+        return "0 deg"
     name, size = shown_in(unit)
     return f"{value * size + 0.0:.4g} {name}".rstrip()
 

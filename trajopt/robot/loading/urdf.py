@@ -1,7 +1,8 @@
 """URDF: the parts that pinocchio does not provide in full (bodies, mimics, efforts), and mesh paths."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import hypot
 from pathlib import Path
@@ -79,6 +80,16 @@ class Urdf:
     limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict[str, Mapping[str, float]])
 
 
+@contextmanager
+def _within(element: ElementTree.Element) -> Generator[None]:
+    """Name a link or joint in errors of its content."""
+    try:
+        yield
+    except FileFormatError as error:
+        where = f"{element.tag} {shown(element.get('name'))}"
+        raise FileFormatError(error.path, f"{where}: {error.reason}") from error
+
+
 def _geometry(path: Path, element: ElementTree.Element, meshes: MeshNames) -> Shape | MeshReference:
     def sizes(shape: ElementTree.Element, *keys: str) -> list[float]:
         return [numbers(path, shape, key, "0", count=1)[0] for key in keys]
@@ -114,37 +125,45 @@ def _link_geometries(
     materials = {material.get("name"): material for material in root.findall("material")}
     found: list[LinkGeometry] = []
     for link in root.findall("link"):
-        for element in link.findall(tag):
-            geometry = element.find("geometry")
-            if geometry is None:
-                raise FileFormatError(str(path), f"link {link.get('name')}: <{tag}> has no <geometry>")
-            if tag == "collision" and (count := sum(map(len, element.findall("geometry")))) > 1:
-                reason = f"a <collision> has {count} shapes: write one <collision> for each"
-                raise FileFormatError(str(path), f"link {link.get('name')}: {reason}")
-            origin = element.find("origin")
-            where = placement()
-            if origin is not None:
-                where = placement(
-                    numbers(path, origin, "xyz", "0 0 0", count=3),
-                    rpy=numbers(path, origin, "rpy", "0 0 0", count=3),
-                )
-            material = element.find("material")
-            if material is not None and material.find("color") is None:
-                material = materials.get(material.get("name"))
-            colour = None if material is None else material.find("color")
-            rgba = None
-            if colour is not None:
-                red, green, blue, alpha = numbers(path, colour, "rgba", "0.7 0.7 0.7 1", count=4)
-                rgba = (red, green, blue, alpha)
-            try:
-                shape = _geometry(path, geometry, meshes)
-            except MeshFileError as error:
-                if missing is None:
-                    raise
-                missing.setdefault(link.get("name", ""), error.path)
-                continue
-            found.append(LinkGeometry(link.get("name", ""), where, shape, rgba))
+        with _within(link):
+            for element in link.findall(tag):
+                try:
+                    found.append(_link_geometry(path, link.get("name", ""), element, materials, meshes))
+                except MeshFileError as error:
+                    if missing is None:
+                        raise
+                    missing.setdefault(link.get("name", ""), error.path)
     return tuple(found)
+
+
+def _link_geometry(
+    path: Path,
+    link: str,
+    element: ElementTree.Element,
+    materials: Mapping[str | None, ElementTree.Element],
+    meshes: MeshNames,
+) -> LinkGeometry:
+    geometry = element.find("geometry")
+    if geometry is None:
+        raise FileFormatError(str(path), f"<{element.tag}> has no <geometry>")
+    if element.tag == "collision" and (count := sum(map(len, element.findall("geometry")))) > 1:
+        raise FileFormatError(str(path), f"a <collision> has {count} shapes: write one <collision> for each")
+    origin = element.find("origin")
+    where = placement()
+    if origin is not None:
+        where = placement(
+            numbers(path, origin, "xyz", "0 0 0", count=3),
+            rpy=numbers(path, origin, "rpy", "0 0 0", count=3),
+        )
+    material = element.find("material")
+    if material is not None and material.find("color") is None:
+        material = materials.get(material.get("name"))
+    colour = None if material is None else material.find("color")
+    rgba = None
+    if colour is not None:
+        red, green, blue, alpha = numbers(path, colour, "rgba", "0.7 0.7 0.7 1", count=4)
+        rgba = (red, green, blue, alpha)
+    return LinkGeometry(link, where, _geometry(path, geometry, meshes), rgba)
 
 
 def _check_links(path: Path, root: ElementTree.Element) -> None:
@@ -153,14 +172,13 @@ def _check_links(path: Path, root: ElementTree.Element) -> None:
         if inertial is None:
             continue
         mass, inertia, origin = (inertial.find(tag) for tag in ("mass", "inertia", "origin"))
-        if mass is not None and (value := numbers(path, mass, "value", "0", count=1)[0]) < 0.0:
-            raise FileFormatError(
-                str(path), f"link {shown(link.get('name'))}: its mass is negative, {value:g} kg"
-            )
-        if inertia is not None:
-            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
-                numbers(path, inertia, key, "0", count=1)
-        _check_origin(path, origin)
+        with _within(link):
+            if mass is not None and (value := numbers(path, mass, "value", "0", count=1)[0]) < 0.0:
+                raise FileFormatError(str(path), f"its mass is negative, {value:g} kg")
+            if inertia is not None:
+                for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+                    numbers(path, inertia, key, "0", count=1)
+            _check_origin(path, origin)
 
 
 def _check_origin(path: Path, origin: ElementTree.Element | None) -> None:
@@ -170,21 +188,18 @@ def _check_origin(path: Path, origin: ElementTree.Element | None) -> None:
 
 
 def _check_joint(path: Path, joint: ElementTree.Element) -> None:
-    name = f"joint {shown(joint.get('name'))}"
     origin, axis, limit = (joint.find(tag) for tag in ("origin", "axis", "limit"))
     _check_origin(path, origin)
     if axis is not None and joint.get("type") != "fixed":
         x, y, z = numbers(path, axis, "xyz", "1 0 0", count=3)
         if hypot(x, y, z) < _SHORTEST_AXIS:
-            raise FileFormatError(str(path), f"{name}: its axis has no length, so it has no direction")
+            raise FileFormatError(str(path), "its axis has no length, so it has no direction")
     if limit is not None:
         lower, upper = (numbers(path, limit, key, "0", count=1)[0] for key in ("lower", "upper"))
         for key in ("velocity", "effort"):
             numbers(path, limit, key, "0", count=1)
         if lower > upper and joint.get("type") in ("revolute", "prismatic"):
-            raise FileFormatError(
-                str(path), f"{name}: its lower limit {lower:g} is above its upper one {upper:g}"
-            )
+            raise FileFormatError(str(path), f"its lower limit {lower:g} is above its upper one {upper:g}")
 
 
 def _rates(path: Path, joint: ElementTree.Element) -> dict[str, float]:
@@ -200,8 +215,7 @@ def _rates(path: Path, joint: ElementTree.Element) -> dict[str, float]:
             continue
         value = numbers(path, limit, key, "0", count=1)[0]
         if value <= 0.0:
-            where = f"joint {shown(joint.get('name'))}: <limit {key}={shown(limit.get(key))}>"
-            raise FileFormatError(str(path), f"{where} is not positive")
+            raise FileFormatError(str(path), f"<limit {key}={shown(limit.get(key))}> is not positive")
         found[name] = min(value, found.get(name, value))
     return found
 
@@ -212,16 +226,17 @@ def _joints(path: Path, root: ElementTree.Element) -> tuple[dict[str, Mimic], di
         name, kind = joint.get("name", ""), joint.get("type", "")
         if kind not in (*ONE_DEGREE_OF_FREEDOM, *SEVERAL_DEGREES_OF_FREEDOM, "fixed"):
             raise UnsupportedJoint(name, kind)
-        _check_joint(path, joint)
-        if kind in ONE_DEGREE_OF_FREEDOM and (rates := _rates(path, joint)):
-            limits[name] = rates
-        mimic = joint.find("mimic")
-        if mimic is not None:
-            mimics[name] = Mimic(
-                mimic.get("joint", ""),
-                numbers(path, mimic, "multiplier", "1", count=1)[0],
-                numbers(path, mimic, "offset", "0", count=1)[0],
-            )
+        with _within(joint):
+            _check_joint(path, joint)
+            if kind in ONE_DEGREE_OF_FREEDOM and (rates := _rates(path, joint)):
+                limits[name] = rates
+            mimic = joint.find("mimic")
+            if mimic is not None:
+                mimics[name] = Mimic(
+                    mimic.get("joint", ""),
+                    numbers(path, mimic, "multiplier", "1", count=1)[0],
+                    numbers(path, mimic, "offset", "0", count=1)[0],
+                )
     return mimics, limits
 
 
