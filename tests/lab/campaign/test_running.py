@@ -162,7 +162,7 @@ def test_workers_that_cannot_start_are_an_error(
     begun = CampaignFolder.begin(small, tmp_path)
     send = Connection.send
     monkeypatch.setattr(Connection, "send", lambda *told: (time.sleep(late), send(*told)))
-    monkeypatch.setattr("trajopt.lab.campaign.supervisor.sys.executable", "/bin/false")
+    monkeypatch.setattr("trajopt.values.processes.sys.executable", "/bin/false")
     with pytest.raises(CampaignError, match="ended before it was ready"):
         resume_campaign(begun.path, Local(1))
 
