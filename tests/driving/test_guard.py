@@ -412,7 +412,7 @@ def test_the_motion_along_actions_minimises_its_cost(
     times = first + np.arange(count) / RATE
     chunk = ActionChunk(drawn.normal(size=(count, 7)), times)
     deviation = float(10.0 ** drawn.uniform(-4.0, -1.0))
-    motion = along_actions(state, 0.0, chunk, deviation, limits)
+    motion = along_actions(state, 0.0, chunk, (deviation,), limits)
     assert robot.group(GROUP).joints == limits.joint_names
 
     def integrated(jerks: Floats) -> Floats:
@@ -441,6 +441,21 @@ def test_the_motion_along_actions_minimises_its_cost(
     for _ in range(5):
         other = motion.jerks + most * 1e-2 * drawn.normal(size=motion.jerks.shape)
         assert cost(other) >= least * (1.0 - 1e-9)
+
+
+def test_the_first_deviation_counts_that_keeps_the_limits_at_most_actions(free: to.Scene) -> None:
+    limits = with_jerk(to.Problem(scene=free, group=GROUP, start="ready", goal="ready").limits)
+    state, times = np.zeros((3, 7)), np.arange(1, 21) / RATE
+    state[0] = (limits.lower + limits.upper) / 2.0
+    deviations = (1e-5, 1e-3, 3e-2, 0.3)
+    for seed in range(20):
+        steps = np.random.default_rng(seed).normal(size=(20, 7))
+        chunk = ActionChunk(state[0] + 10.0 ** (-seed / 4.0) * np.cumsum(steps, axis=0), times)
+        single = [along_actions(state, 0.0, chunk, (each,), limits) for each in deviations]
+        wanted = max(single, key=lambda motion: motion.within)
+        found = along_actions(state, 0.0, chunk, deviations, limits)
+        assert found.within == wanted.within
+        np.testing.assert_array_equal(found.states, wanted.states)
 
 
 def test_the_rest_of_a_chunk_is_interpolated_between_actions() -> None:

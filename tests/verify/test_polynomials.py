@@ -7,13 +7,14 @@ from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
 from tests.oracles.judge_polynomials import bounds
+from trajopt.native import proof
 from trajopt.verify.kernel.motion import Polynomials
 
 
-def random_polynomials(seed: int, degree: int) -> Polynomials:
+def random_polynomials(seed: int, degree: int, functions: int = 3) -> Polynomials:
     rng = np.random.default_rng(seed)
     times = np.concatenate(([0.0], np.cumsum(rng.uniform(0.01, 1.0, 4))))
-    return Polynomials(times, rng.normal(size=(degree + 1, 4, 3)))
+    return Polynomials(times, rng.normal(size=(degree + 1, 4, functions)))
 
 
 @given(seed=st.integers(0, 10**6), degree=st.integers(0, 5))
@@ -38,13 +39,39 @@ def test_range_holds_everywhere_and_is_attained_in_the_limit(seed: int, degree: 
 @given(seed=st.integers(0, 10**6), degree=st.integers(0, 5))
 @settings(max_examples=60, deadline=None)
 def test_the_core_bounds_as_the_same_in_plain_python(seed: int, degree: int) -> None:
-    polynomials = random_polynomials(seed, degree)
+    polynomials = random_polynomials(seed, degree, functions=6)
     times = np.concatenate(
         (polynomials.times, np.random.default_rng(seed).uniform(0.0, polynomials.times[-1], 7))
     )
     begin, end = np.array([(one, other) for one in times for other in times if one < other]).T
     for found, wanted in zip(polynomials.range(begin, end), bounds(polynomials, begin, end), strict=True):
         np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10)
+
+
+@given(seed=st.integers(0, 10**6), degrees=st.tuples(*[st.integers(0, 5)] * 2), shift=st.floats(-4.0, 4.0))
+@settings(max_examples=60, deadline=None)
+def test_functions_beside_others_keep_their_values(seed: int, degrees: tuple[int, int], shift: float) -> None:
+    one, other = (random_polynomials(seed + number, degree) for number, degree in enumerate(degrees))
+    other = Polynomials(other.times + shift, other.coefficients)
+    both = one.beside(other)
+    assert both.times[0] == one.times[0] and both.times[-1] == one.times[-1]
+    assert set(one.times) <= set(both.times) and (np.diff(both.times) > 0.0).all()
+    times = np.random.default_rng(seed).uniform(0.0, one.times[-1], 50)
+    found = PPoly(both.coefficients, both.times)(times)
+    held = np.clip(times, other.times[0], other.times[-1])
+    np.testing.assert_allclose(found[:, :3], PPoly(one.coefficients, one.times)(times), atol=1e-9)
+    np.testing.assert_allclose(found[:, 3:], PPoly(other.coefficients, other.times)(held), atol=1e-9)
+
+
+@given(seed=st.integers(0, 10**6), degree=st.integers(0, 5))
+@settings(max_examples=60, deadline=None)
+def test_the_fastest_function_of_each_piece_bounds_its_speed(seed: int, degree: int) -> None:
+    polynomials = random_polynomials(seed, degree)
+    matrix = np.random.default_rng(seed).normal(size=(4, 3))
+    found = proof.speeds(polynomials.times, polynomials.coefficients, matrix)
+    low, high = polynomials.derivative().range(polynomials.times[:-1], polynomials.times[1:])
+    wanted = (np.maximum(high, -low) @ np.abs(matrix).T).max(axis=1)
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
 
 
 @given(seed=st.integers(0, 10**6), degree=st.integers(0, 5))

@@ -75,21 +75,22 @@ class ActionMotion(Value):
 
 
 def along_actions(
-    begin: Floats, time: float, chunk: ActionChunk, deviation: float, limits: JointLimits
+    begin: Floats, time: float, chunk: ActionChunk, deviations: Sequence[float], limits: JointLimits
 ) -> ActionMotion:
     """Return the motion from a state that stays near the actions with small jerks.
 
     It minimises the sum over the actions of (q_k - a_k)^2 / deviation^2 + j_k^2 / J^2, where j_k are the
-    constant jerks from one action to the next and J is the median of the jerk limits.
+    constant jerks from one action to the next and J is the median of the jerk limits. The first deviation
+    counts for which all actions are within the limits, or else most of them.
 
     Args:
         chunk: The actions, all later.
-        deviation: Deviation from an action that weighs as much as a jerk J [rad | m].
+        deviations: From an action that weigh as much as a jerk J [rad | m].
         limits: With the jerk of each joint limited.
     """
     times = np.concatenate(((0.0,), chunk.times - time))
-    weight = deviation / _median_jerk(limits)
-    return ActionMotion(chunk, times, *tracking(begin, times, inset(chunk.targets, limits), weight, limits))
+    weights = np.array(deviations) / _median_jerk(limits)
+    return ActionMotion(chunk, times, *tracking(begin, times, inset(chunk.targets, limits), weights, limits))
 
 
 @cached_per_value

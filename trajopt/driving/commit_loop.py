@@ -183,11 +183,9 @@ class Commitment(Printed):
         ahead = self.motion.ahead(begin, self.joint_names)
         if ahead is None:  # at rest by then; a delayed stop would come too late
             return None if delayed else CommittedStop(StopTaken(0.0, along=True, proven=True), begin)
-        # The braking limits do not depend on the scene, whose predictions may have ended.
-        here = self.resting(problem, begin, problem.scene)
         self.stale(begin + ahead.duration)
         along = None if on_path is None else on_path.trajectory
-        motion, taken = soonest_stop(self.guard, self.world, begin, here, ahead, along)
+        motion, taken = soonest_stop(self.guard, self.world, begin, problem.limits, ahead, along)
         if motion is not ahead and not self.splice(motion, begin):
             return None
         if not taken.along and self.left_path_at is None:

@@ -110,7 +110,8 @@ class CommittedMotion:
         now = next((piece for piece in reversed(pieces) if piece.begin <= time), None)
         if now is None:
             first = self._standing if not pieces else pieces[0].state(pieces[0].begin)[0]
-            rows = np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
+            rows: Floats = np.zeros((3, len(first)))
+            rows[0] = first
         else:
             rows = now.state(time)
         self._last = pieces, time, rows
@@ -119,7 +120,8 @@ class CommittedMotion:
     def positions(self, times: Floats) -> Floats:
         at = floats("times", times, (None,))
         pieces = self._pieces
-        rows = np.tile(self(-inf)[0], (len(at), 1))
+        rows: Floats = np.empty((len(at), len(self.joint_names)))
+        rows[:] = pieces[0].state(pieces[0].begin)[0] if pieces else self._standing
         for piece, after in zip_longest(pieces, pieces[1:]):
             within = (at >= piece.begin) & (at < (inf if after is None else after.begin))
             if within.any():

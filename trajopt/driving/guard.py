@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.driving.action_chunk import ActionChunk, ActionMotion, along_actions, joints_of
 from trajopt.driving.commit_loop import CommitLoop, joint_outside
-from trajopt.driving.committed_motion import REST
+from trajopt.driving.committed_motion import INSTANT, REST
 from trajopt.driving.events import EventKind
 from trajopt.driving.executor import Executor
 from trajopt.driving.options import CLOCK_TOLERANCE
@@ -315,6 +315,8 @@ class Guard(CommitLoop):
                     reason or _why(verdict),
                     inf if verdict.contact is None else verdict.contact.time,
                 )
+                if contact <= INSTANT:  # so is every motion that begins there
+                    return None, reason
             count //= 2
             while count and motion.times[count] >= contact:  # it is on the way to these actions, too
                 count //= 2
@@ -330,11 +332,10 @@ class Guard(CommitLoop):
         found = list[tuple[ActionMotion, int, float]]()
         for rate in RATES:
             slowed = rest if rate == 1.0 else rest.slowed(at, rate)
-            for deviation in DEVIATIONS:
-                motion = along_actions(state, at, slowed, deviation, self._braking.limits)
-                if motion.within == len(rest.times):
-                    return motion, motion.within, rate
-                found.append((motion, motion.within, rate))
+            motion = along_actions(state, at, slowed, DEVIATIONS, self._braking.limits)
+            found.append((motion, motion.within, rate))
+            if motion.within == len(rest.times):
+                break
         return max(found, key=lambda each: each[1])
 
     def _nearest(self, rest: ActionChunk, state: Floats, at: float) -> Trajectory | None:

@@ -8,9 +8,7 @@ import numpy as np
 from trajopt.driving.motion_guard import MotionGuard
 from trajopt.driving.servo_program import ApproachQuery, Braking
 from trajopt.driving.world_snapshot import WorldSnapshot
-from trajopt.optimise.methods.timing import stop_from, stopping_motion, with_jerk
-from trajopt.planning import on_the_way
-from trajopt.problem.problem import Problem
+from trajopt.optimise.methods.timing import stop_from, with_jerk
 from trajopt.robot.joints import JointLimits
 from trajopt.scene.reducing import reduce_model
 from trajopt.timing.time_scaling import stop_after
@@ -54,7 +52,7 @@ def soonest_stop(
     guard: MotionGuard,
     world: WorldSnapshot,
     begin: float,
-    here: Problem,
+    limits: JointLimits,
     ahead: Trajectory,
     along: Trajectory | None,
 ) -> tuple[Trajectory, StopTaken]:
@@ -65,7 +63,7 @@ def soonest_stop(
     stays on its path.
 
     Args:
-        here: The requirements, with the configuration of the robot at that time.
+        limits: Of the group's joints.
         ahead: The committed motion from that time; it ends at rest.
         along: The earliest stop on the path of the motion, or None.
     """
@@ -73,14 +71,14 @@ def soonest_stop(
     if world.stale(begin + ahead.duration):
         soonest = min(on_path, key=lambda stop: stop.duration)
         return soonest, StopTaken(soonest.duration, along=True, proven=False, held=False)
-    stops = sorted((*on_path, stopping_motion(on_the_way(here, ahead, 0.0))), key=lambda stop: stop.duration)
+    stops = sorted((*on_path, _braking(ahead, limits)), key=lambda stop: stop.duration)
     found, held = (stops[0], True) if guard.proven(stops[0], world, begin) else (None, False)
     if found is None:
         # With a heavy load, braking as hard as the limits allow may exceed the torque limits.
-        candidates = sorted((*stops, *_gentle_stops(here, ahead)), key=lambda stop: stop.duration)
-        found, held = _first_proven(guard, world, begin, candidates)
+        candidates = sorted((*stops, *_gentle_stops(ahead, limits)), key=lambda stop: stop.duration)
+        found, held = _first_proven(guard, world, begin, candidates, refused=stops[0])
     if found is None:
-        turned = evading_stops(guard, world, begin, here, ahead, stops[0])
+        turned = evading_stops(guard, world, begin, limits, ahead, stops[0])
         found = next((each for each in turned if guard.proven(each, world, begin, requirements=False)), None)
         held = found is not None and guard.proven(found, world, begin)
     motion = found or stops[0]
@@ -101,7 +99,7 @@ def evading_stops(
     guard: MotionGuard,
     world: WorldSnapshot,
     begin: float,
-    here: Problem,
+    limits: JointLimits,
     ahead: Trajectory,
     stop: Trajectory,
 ) -> Iterator[Trajectory]:
@@ -112,8 +110,7 @@ def evading_stops(
     """
     if not clear_at(guard, world, begin, ahead):
         return
-    state = np.stack([ahead(0.0, order) for order in range(3)])
-    limits = with_jerk(here.limits)
+    state, limits = _state(ahead), with_jerk(limits)
     reduced = reduce_model(guard.tracked(world.scene), guard.problem.group, guard.problem.start_positions)
     around = ApproachQuery(reduced, Braking(limits, SAMPLE_TIME), guard.options.distance_error)
     for share in MEASURED_AT:
@@ -140,25 +137,33 @@ def clear_at(guard: MotionGuard, world: WorldSnapshot, begin: float, ahead: Traj
     return guard.proven(resting, world, begin, requirements=False)
 
 
-def _gentle_stops(here: Problem, ahead: Trajectory) -> list[Trajectory]:
-    begin, limits = np.stack([ahead(0.0, order) for order in range(3)]), here.limits
-    present = np.abs(begin[2])  # letting go of an acceleration needs as much
+def _state(ahead: Trajectory) -> Floats:
+    return np.stack([ahead(0.0, order) for order in range(3)])
+
+
+def _braking(ahead: Trajectory, limits: JointLimits) -> Trajectory:
+    return stop_from(_state(ahead), with_jerk(limits))
+
+
+def _gentle_stops(ahead: Trajectory, limits: JointLimits) -> list[Trajectory]:
+    present = np.abs(ahead(0.0, 2))  # letting go of an acceleration needs as much
     scaled = (
         replace(limits, acceleration=np.maximum(part * limits.acceleration, present), jerk=part * limits.jerk)
         for part in GENTLE
     )
-    return [stop_from(begin, with_jerk(each)) for each in scaled]
+    return [_braking(ahead, each) for each in scaled]
 
 
 def _first_proven(
-    guard: MotionGuard, world: WorldSnapshot, begin: float, stops: list[Trajectory]
+    guard: MotionGuard, world: WorldSnapshot, begin: float, stops: list[Trajectory], refused: Trajectory
 ) -> tuple[Trajectory | None, bool]:
+    """Return the first proven stop, and whether its path constraints are; one stop is known not to be."""
     return next(
         (
             (stop, required)
-            for required in (True, False)
+            for required in ((True, False) if guard.problem.requirements else (True,))
             for stop in stops
-            if guard.proven(stop, world, begin, requirements=required)
+            if not (required and stop is refused) and guard.proven(stop, world, begin, requirements=required)
         ),
         (None, False),
     )

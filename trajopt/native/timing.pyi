@@ -183,17 +183,18 @@ def stop_from(begin: Floats, limits: Floats, tick: float, excess: float) -> tupl
     """
 
 def track(
-    begin: Floats, times: Floats, targets: Floats, weight: float, limits: Floats
+    begin: Floats, times: Floats, targets: Floats, weights: Floats, limits: Floats
 ) -> tuple[Floats, Floats, int]:
     """Return the motion of constant jerks that stays near targets.
 
-    It minimises the sum over the targets of (q_k - a_k)^2 + (weight j_k)^2.
+    It minimises the sum over the targets of (q_k - a_k)^2 + (w j_k)^2, for the first weight w that keeps
+    limits at all targets, or else the first that keeps them at most targets.
 
     Args:
         begin: Positions, velocities and accelerations, shape (3, n).
         times: Of the begin and of the targets, shape (k + 1,) [s].
         targets: Shape (k, n) [rad | m].
-        weight: Of jerks j_k [s^3].
+        weights: Of jerks j_k, shape (m,) [s^3].
         limits: As of `stop_from`.
 
     Returns:

@@ -247,26 +247,27 @@ def stop_at_the_end(times: Floats, states: Floats, limits: JointLimits) -> Traje
 
 
 def tracking(
-    begin: Floats, times: Floats, targets: Floats, weight: float, limits: JointLimits
+    begin: Floats, times: Floats, targets: Floats, weights: Floats, limits: JointLimits
 ) -> tuple[Floats, Floats, int]:
     """Return a motion of constant jerks that stays near targets a_k.
 
-    It minimises the sum over the targets of (q_k - a_k)^2 + (weight j_k)^2, where j_k are the jerks: a
+    It minimises the sum over the targets of (q_k - a_k)^2 + (w j_k)^2, where j_k are the jerks: a
     linear-quadratic regulator, by a recursion in square-root form (Bierman, "Factorization methods for
-    discrete sequential estimation", 1977).
+    discrete sequential estimation", 1977). w is the first weight for which the limits hold at all targets, or
+    else at most of them.
 
     Args:
         begin: Positions, velocities and accelerations, shape (3, n).
         times: Of the begin and of the targets, shape (k + 1,) [s].
         targets: Shape (k, n) [rad | m].
-        weight: Of the jerks [s^3].
+        weights: Of the jerks, shape (m,) [s^3].
         limits: With finite acceleration and jerk limits.
 
     Returns:
         States at the begin and at the targets, shape (3, k + 1, n), the jerks up to each target, shape (k,
         n), and the number of targets up to the first at which a limit is exceeded.
     """
-    return timing.track(begin, times, targets, weight, _rows(limits))
+    return timing.track(begin, times, targets, weights, _rows(limits))
 
 
 @cached_per_value

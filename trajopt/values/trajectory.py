@@ -107,7 +107,7 @@ class Trajectory(Value):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, floats(name, value, (count, joints)))
-        if count < 2 or (np.diff(self.times) <= 0.0).any() or self.times[0] != 0.0:
+        if count < 2 or (self.times[1:] <= self.times[:-1]).any() or self.times[0] != 0.0:
             raise ShapeError("times", "need at least two points, starting at 0 and increasing")
         if self.times[-1] > LONGEST:
             raise ShapeError("times", f"end at {self.times[-1]:g} s; {LONGEST:g} s are the most")
@@ -295,10 +295,10 @@ class Trajectory(Value):
         """
         if order not in (0, 1, 2, 3):
             raise ShapeError("order", f"must be 0 to 3, is {order}")
-        moments = np.clip(floats_of_any_shape("t", t), 0.0, self.duration)
-        segment = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, len(self.times) - 2)
+        moments = np.minimum(np.maximum(floats_of_any_shape("t", t), 0.0), self.duration)
+        segment = np.minimum(self.times.searchsorted(moments, side="right") - 1, len(self.times) - 2)
         since = (moments - self.times[segment])[..., None]
-        first, *others = self._derivatives[order]
+        first, *others = self._derivatives[order] if order else self.coefficients
         value = first[segment]
         for coefficient in others:
             value = value * since + coefficient[segment]

@@ -106,7 +106,7 @@ class Judge:
             clearance,
             (
                 clearance,
-                *((AtFaultCriterion(clearance),) if distances.present is not None else ()),
+                *((AtFaultCriterion(clearance),) if self._surroundings.timings else ()),
                 EndCriterion(motion, specification),
                 RequirementCriterion(motion, specification, followed),
                 LimitCriterion(motion, moving, specification.start_accelerations),
@@ -168,7 +168,7 @@ class Judge:
         )
 
     def _followed(self, specification: Specification) -> tuple[Requirement, ...]:
-        timed = self.reduced.timed
+        timed = self.reduced.timed if specification.goals else None
         if timed is None:
             return ()
         moving = timed.reduced.anchors.keys() - self.reduced.anchors.keys()

@@ -5,6 +5,16 @@
 
 namespace proof {
 
+namespace {
+
+std::vector<Pose> frames(const Arm& arm, const double* positions) {
+  std::vector<Pose> joints(arm.joints.size());
+  arm.place(positions, joints.data());
+  return joints;
+}
+
+}  // namespace
+
 Bodies::Bodies(Arm given, std::vector<Body> all, const int64_t* first, const int64_t* second, const double* required,
                size_t count)
     : arm(std::move(given)), bodies(std::move(all)), levels(required, required + count),
@@ -24,6 +34,7 @@ Bodies::Bodies(Arm given, std::vector<Body> all, const int64_t* first, const int
     pair.frame = first_plane ? one.joint : second_plane ? other.joint : arm.shared(one.joint, other.joint);
     pair.first_seen = traveller(pair.first, pair.frame);
     pair.second_seen = traveller(pair.second, pair.frame);
+    pair.radii = one.form->radius + other.form->radius;
     pair.required = required[i];
     pair.level = int(std::lower_bound(levels.begin(), levels.end(), required[i]) - levels.begin());
     pairs.push_back(pair);
@@ -42,12 +53,15 @@ int Bodies::traveller(int body, int frame) {
 }
 
 Snapshot::Snapshot(const Bodies& bodies, double when, const double* positions)
-    : time(when), bodies_(bodies), joints_(bodies.arm.joints.size()), seen_(bodies.moving), known_(bodies.moving, 0) {
-  bodies.arm.place(positions, joints_.data());
-}
+    : Snapshot(bodies, when, frames(bodies.arm, positions)) {}
 
 Snapshot::Snapshot(const Bodies& bodies, double when, std::vector<Pose> joints)
-    : time(when), bodies_(bodies), joints_(std::move(joints)), seen_(bodies.moving), known_(bodies.moving, 0) {}
+    : time(when), bodies_(bodies), joints_(std::move(joints)), seen_(bodies.moving), known_(bodies.moving, 0) {
+  centres_.reserve(bodies.bodies.size());
+  for (const Body& body : bodies.bodies) {
+    centres_.push_back(body.joint == 0 ? body.centre : joints_[body.joint] * body.centre);
+  }
+}
 
 const Pose& Snapshot::seen(int number) {
   const Traveller& traveller = bodies_.travellers[number];
@@ -65,14 +79,8 @@ const Pose& Snapshot::seen(int number) {
   return seen_[traveller.slot];
 }
 
-Vec Snapshot::centre(int number) const {
-  const Body& body = bodies_.bodies[number];
-  return body.joint == 0 ? body.centre : joints_[body.joint] * body.centre;
-}
-
-double sphere_gap(const Bodies& bodies, Snapshot& at, const Pair& pair) {
-  const double radii = bodies.form(pair.first).radius + bodies.form(pair.second).radius;
-  return (at.centre(pair.first) - at.centre(pair.second)).norm() - radii - pair.error.at(at.time);
+double sphere_gap(Snapshot& at, const Pair& pair) {
+  return (at.centre(pair.first) - at.centre(pair.second)).norm() - pair.radii - pair.error.at(at.time);
 }
 
 double sphere_gap(const Bodies& bodies, Snapshot& early, Snapshot& late, const Pair& pair) {

@@ -38,6 +38,7 @@ struct Pair {
   int frame;                     // Joint in whose frame both are looked at: innermost that carries both, or a plane's.
   int first_seen, second_seen;   // Travellers.
   bool planar, meshed, clouded;
+  double radii;                  // Of both bounding spheres together [m].
   double required;               // Clearance [m].
   Error error;                   // Of both bodies together.
   int level;                     // Its number among all that are required.
@@ -77,16 +78,17 @@ class Snapshot {
   // Of a traveller's shape in the frame it is seen from; the address stays.
   const Pose& seen(int traveller);
   // Centre of a body's bounding sphere in the world [m].
-  Vec centre(int body) const;
+  const Vec& centre(int body) const { return centres_[body]; }
 
  private:
   const Bodies& bodies_;
   std::vector<Pose> joints_, seen_;
+  std::vector<Vec> centres_;
   std::vector<char> known_;
 };
 
 // Distance of the bounding spheres of a pair, less its error [m]; minus infinity for half-spaces.
-double sphere_gap(const Bodies& bodies, Snapshot& at, const Pair& pair);
+double sphere_gap(Snapshot& at, const Pair& pair);
 // Smallest such distance, without the error, while each centre moves along the chord between its places at two moments.
 double sphere_gap(const Bodies& bodies, Snapshot& early, Snapshot& late, const Pair& pair);
 

@@ -56,7 +56,7 @@ void ClearanceSearch::measure_near_pairs() {
 void ClearanceSearch::measure_free(int pair, Snapshot& at) {
   const double within = std::min(free.measured[pair], required(pair) + options_.far);
   if (windows_.accept(at.time, pair)) return;
-  if (!bodies_.pairs[pair].planar && sphere_gap(bodies_, at, bodies_.pairs[pair]) > within) return;
+  if (!bodies_.pairs[pair].planar && sphere_gap(at, bodies_.pairs[pair]) > within) return;
   const Measured found = meter_.measure(pair, at, within);
   if (found.exact) note_free(pair, found.distance, at.time);
 }

@@ -118,7 +118,7 @@ double ClearanceSearch::nearest(int level) const {
 void ClearanceSearch::consider(int pair, Snapshot& at, bool only_contacts) {
   const bool accept = windows_.accept(at.time, pair);
   const double limit = accept ? 0.0 : only_contacts ? required(pair) : nearest(bodies_.pairs[pair].level);
-  if (!bodies_.pairs[pair].planar && sphere_gap(bodies_, at, bodies_.pairs[pair]) > limit + options_.error) return;
+  if (!bodies_.pairs[pair].planar && sphere_gap(at, bodies_.pairs[pair]) > limit + options_.error) return;
   const Measured found = meter_.measure(pair, at, std::max(limit, options_.error));
   if (found.exact) judge(pair, at.time, doubted(pair, at, found.distance));
 }
@@ -237,7 +237,7 @@ bool ClearanceSearch::prove(int number, Reach& here) {
   const double off = one.from_middle + other.from_middle;
   const double length = here.end - here.begin;
   const double bulge = (one.acceleration + other.acceleration) * length * length / 8.0;
-  double bound = pair.planar ? -infinite : sphere_gap(bodies_, *here.middle, pair) - grows - off - options_.error;
+  double bound = pair.planar ? -infinite : sphere_gap(*here.middle, pair) - grows - off - options_.error;
   const bool chords = here.chords && bulge <= off;
   if (!(bound > wanted) && !pair.planar && chords) {
     bound = sphere_gap(bodies_, *here.early, *here.late, pair) - grown - bulge - options_.error;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int most_rows = Curve::highest_degree + 1;
 constexpr int most_halvings = 50;
+constexpr int together = 4;  // Functions bounded at once.
 
 struct Stretch {
   std::array<double, most_rows> control;
@@ -59,6 +60,41 @@ Curve Curve::derivative() const {
   return result;
 }
 
+Curve Curve::beside(const Curve& other) const {
+  Curve result;
+  result.times = times;
+  for (const double time : other.times) {
+    if (time > times.front() && time < times.back()) result.times.push_back(time);
+  }
+  std::sort(result.times.begin(), result.times.end());
+  result.times.erase(std::unique(result.times.begin(), result.times.end()), result.times.end());
+  result.degree = std::max(degree, other.degree);
+  result.functions = functions + other.functions;
+  result.coefficients.assign(size_t(result.degree + 1) * result.pieces() * result.functions, 0.0);
+  refine(result, 0);
+  other.refine(result, functions);
+  return result;
+}
+
+void Curve::refine(Curve& finer, int column) const {
+  std::array<double, most_rows> taylor;
+  for (int place = 0; place < finer.pieces(); ++place) {
+    const double begin = finer.times[place];
+    const bool rests = begin < times.front() || begin >= times.back();
+    const int piece = piece_at(begin), higher = finer.degree - degree;
+    const double since = std::clamp(begin, times.front(), times.back()) - times[piece];
+    for (int f = 0; f < functions; ++f) {
+      for (int row = 0; row <= degree; ++row) taylor[row] = coefficient(row, piece, f);
+      for (int done = 0; done < degree && since > 0.0; ++done) {
+        for (int power = 1; power <= degree - done; ++power) taylor[power] += since * taylor[power - 1];
+      }
+      for (int row = rests ? degree : 0; row <= degree; ++row) {
+        finer.coefficients[(size_t(higher + row) * finer.pieces() + place) * finer.functions + column + f] = taylor[row];
+      }
+    }
+  }
+}
+
 int Curve::piece_at(double time) const {
   const auto after = std::upper_bound(times.begin(), times.end(), time);
   return std::clamp(int(after - times.begin()) - 1, 0, pieces() - 1);
@@ -74,33 +110,47 @@ void Curve::evaluate(double time, double* values) const {
   }
 }
 
-void Curve::control(int piece, int function, double left, double width, double* values) const {
-  std::array<double, most_rows> taylor;
-  for (int row = 0; row <= degree; ++row) taylor[row] = coefficient(row, piece, function);
+template <int lanes>
+Curve::Controls<lanes> Curve::controls(int piece, int function, double left, double width) const {
+  Controls<lanes> taylor{}, values{};
+  const int some = std::min(lanes, functions - function);
+  for (int row = 0; row <= degree; ++row) {
+    for (int lane = 0; lane < some; ++lane) taylor[row][lane] = coefficient(row, piece, function + lane);
+  }
   for (int done = 0; done < degree && left > 0.0; ++done) {
-    for (int power = 1; power <= degree - done; ++power) taylor[power] += left * taylor[power - 1];
+    for (int power = 1; power <= degree - done; ++power) {
+      for (int lane = 0; lane < lanes; ++lane) taylor[power][lane] += left * taylor[power - 1][lane];
+    }
   }
   // taylor[degree - k] belongs to power k; a control value is the sum of scaled powers up to its own number.
   double scale = 1.0;
-  for (int k = 0; k <= degree; ++k, scale *= width) taylor[degree - k] *= scale / binomials[degree][k];
-  for (int row = 0; row <= degree; ++row) {
-    double sum = 0.0;
-    for (int k = 0; k <= row; ++k) sum += binomials[row][k] * taylor[degree - k];
-    values[row] = sum;
+  for (int k = 0; k <= degree; ++k, scale *= width) {
+    const double share = scale / binomials[degree][k];
+    for (int lane = 0; lane < lanes; ++lane) taylor[degree - k][lane] *= share;
   }
+  for (int row = 0; row <= degree; ++row) {
+    for (int k = 0; k <= row; ++k) {
+      for (int lane = 0; lane < lanes; ++lane) values[row][lane] += binomials[row][k] * taylor[degree - k][lane];
+    }
+  }
+  return values;
 }
 
 void Curve::range(double begin, double end, double* low, double* high) const {
   std::fill(low, low + functions, std::numeric_limits<double>::infinity());
   std::fill(high, high + functions, -std::numeric_limits<double>::infinity());
-  std::array<double, most_rows> values;
-  for (int piece = piece_at(begin); piece < pieces() && (times[piece] < end || piece == piece_at(begin)); ++piece) {
+  const int first = piece_at(begin);
+  for (int piece = first; piece < pieces() && (times[piece] < end || piece == first); ++piece) {
     const double left = std::max(begin, times[piece]) - times[piece];
     const double width = std::max(std::min(end, times[piece + 1]) - times[piece] - left, 0.0);
-    for (int f = 0; f < functions; ++f) {
-      control(piece, f, left, width, values.data());
+    for (int f = 0; f < functions; f += together) {
+      const auto values = controls<together>(piece, f, left, width);
+      const int some = std::min(together, functions - f);
       for (int row = 0; row <= degree; ++row) {
-        low[f] = std::min(low[f], values[row]), high[f] = std::max(high[f], values[row]);
+        for (int lane = 0; lane < some; ++lane) {
+          low[f + lane] = std::min(low[f + lane], values[row][lane]);
+          high[f + lane] = std::max(high[f + lane], values[row][lane]);
+        }
       }
     }
   }
@@ -119,8 +169,8 @@ void Curve::largest(int function, double sign, double slack, double& value, doub
   };
   for (int piece = 0; piece < pieces(); ++piece) {
     Stretch s{{}, times[piece], times[piece + 1] - times[piece], 0};
-    control(piece, function, 0.0, s.width, s.control.data());
-    for (int row = 0; row <= degree; ++row) s.control[row] *= sign;
+    const auto values = controls<1>(piece, function, 0.0, s.width);
+    for (int row = 0; row <= degree; ++row) s.control[row] = sign * values[row][0];
     take(s);
     open.push_back(s);
   }
@@ -152,7 +202,8 @@ bool Curve::within(const double* low, const double* high) const {
       for (int row = 0; row < degree; ++row) off = (off + std::abs(coefficient(row, piece, f))) * first.width;
       const double begin = coefficient(degree, piece, f);
       if (begin - off >= low[f] && begin + off <= high[f]) continue;
-      control(piece, f, 0.0, first.width, first.control.data());
+      const auto values = controls<1>(piece, f, 0.0, first.width);
+      for (int row = 0; row <= degree; ++row) first.control[row] = values[row][0];
       open.assign(1, first);
       while (!open.empty()) {
         const Stretch s = open.back();

@@ -4,6 +4,7 @@
 // Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct Curve {
     return coefficients[(std::size_t(row) * pieces() + piece) * functions + function];
   }
   Curve derivative() const;
+  // These functions and others over the times of these; the others rest outside of their own.
+  Curve beside(const Curve& other) const;
   // Values of all functions.
   void evaluate(double time, double* values) const;
   // Smallest and largest control value of every function over an interval.
@@ -36,8 +39,15 @@ struct Curve {
   bool breaks(double begin, double end) const;
 
  private:
+  template <int lanes>
+  using Controls = std::array<std::array<double, lanes>, highest_degree + 1>;
+
   int piece_at(double time) const;
-  void control(int piece, int function, double left, double width, double* values) const;
+  // Put the functions into the pieces of a finer curve, by Taylor's formula, from a column on.
+  void refine(Curve& finer, int column) const;
+  // Control values of some functions from one on, in a part of a piece.
+  template <int lanes>
+  Controls<lanes> controls(int piece, int function, double left, double width) const;
 };
 
 }  // namespace proof

@@ -32,6 +32,30 @@ nb::tuple ranges(const Numbers& times, const Numbers& coefficients, const Number
   return nb::make_tuple(array(std::move(low), {count, functions}), array(std::move(high), {count, functions}));
 }
 
+// Largest speed of any of the functions `matrix @ f` in each piece.
+Array speeds(const Numbers& times, const Numbers& coefficients, const Numbers& matrix) {
+  const Curve velocity = make_curve(times, coefficients).derivative();
+  const Rows spread = rows_of(matrix).cwiseAbs();
+  std::vector<double> found(size_t(velocity.pieces()));
+  {
+    gil::Released released;
+    Eigen::VectorXd low(velocity.functions), high(velocity.functions);
+    for (int piece = 0; piece < velocity.pieces(); ++piece) {
+      velocity.range(velocity.times[piece], velocity.times[piece + 1], low.data(), high.data());
+      found[piece] = (spread * high.cwiseMax(-low)).maxCoeff();
+    }
+  }
+  return array(std::move(found));
+}
+
+// Functions and others, over the times of the first.
+nb::tuple beside(const Numbers& times, const Numbers& coefficients, const Numbers& other_times,
+                 const Numbers& other_coefficients) {
+  Curve curve = make_curve(times, coefficients).beside(make_curve(other_times, other_coefficients));
+  const size_t rows = size_t(curve.degree) + 1, pieces = size_t(curve.pieces()), functions = size_t(curve.functions);
+  return nb::make_tuple(array(std::move(curve.times)), array(std::move(curve.coefficients), {rows, pieces, functions}));
+}
+
 // Values of all functions at times counted from the start of a piece, one row each.
 Array sampled(const Numbers& coefficients, const Counts& piece, const Numbers& local) {
   const size_t rows = coefficients.shape(0), pieces = coefficients.shape(1), functions = coefficients.shape(2);
@@ -100,6 +124,8 @@ bool limits_hold(const Numbers& times, const Numbers& coefficients, const Number
 void bind_curves(nb::module_& m) {
   m.def("largest", &largest);
   m.def("ranges", &ranges);
+  m.def("speeds", &speeds);
+  m.def("beside", &beside);
   m.def("sampled", &sampled);
   m.def("limits_hold", &limits_hold);
   nb::class_<Dynamics>(m, "Dynamics").def("torques", &torques).def("share", &share);

@@ -42,6 +42,11 @@ Vec farthest(const Form& form, const Vec& d) {
   for (size_t begin = 0; begin < count; begin += block) {
     const size_t length = std::min(block, count - begin);
     for (size_t i = 0; i < length; ++i) along[i] = dx * x[begin + i] + dy * y[begin + i] + dz * z[begin + i];
+    double most[2] = {best, best};
+    for (size_t i = 0; i + 1 < length; i += 2) {
+      for (size_t lane = 0; lane < 2; ++lane) most[lane] = along[i + lane] > most[lane] ? along[i + lane] : most[lane];
+    }
+    if (!(std::max({most[0], most[1], along[length - 1]}) > best)) continue;
     for (size_t i = 0; i < length; ++i) {
       if (along[i] > best) best = along[i], place = begin + i;
     }

@@ -18,7 +18,7 @@ std::vector<double> measure_nearest(const Bodies& bodies, const Candidates& cand
   auto consider = [&](int number, double within) {
     const Pair& pair = bodies.pairs[number];
     if (measured[number] < infinite) return;
-    if (!pair.planar && sphere_gap(bodies, at, pair) > within) return;
+    if (!pair.planar && sphere_gap(at, pair) > within) return;
     const Measured found = meter.measure(number, at, within);
     if (!found.exact) return;
     measured[number] = found.distance;

@@ -243,16 +243,22 @@ auto stop_from(const Matrix<double>& begin, const Matrix<double>& limits, double
   return std::make_tuple(hand_over(std::move(times), {count}), in_orders(found.rows, begin.shape(1)));
 }
 
-// A motion near targets, (k, n): states at the begin and at each target, (3, k + 1, n), jerks, (k, n), and the targets kept.
-auto track(const Matrix<double>& begin, const Vector<double>& times, const Matrix<double>& targets, double weight,
-           const Matrix<double>& limits) {
+// A motion near targets, (k, n), with the first of some weights that keeps all, or else most of them: states at the begin and
+// at each target, (3, k + 1, n), jerks, (k, n), and the targets kept.
+auto track(const Matrix<double>& begin, const Vector<double>& times, const Matrix<double>& targets,
+           const Vector<double>& weights, const Matrix<double>& limits) {
   const Joints joints(begin, limits);
   const std::size_t count = targets.shape(0);
   expect(times.shape(0) == count + 1 && targets.shape(1) == begin.shape(1), "times must be (k + 1,), targets (k, n)");
   for (std::size_t k = 0; k < count; ++k) expect(times(k) < times(k + 1), "times must increase");
-  expect(weight > 0.0, "the weight must be above 0");
-  tracking::Tracked found =
-      tracking::track(joints.moving, times.data(), targets.data(), count, weight, joints.limits);
+  expect(weights.size() > 0 && *std::min_element(weights.data(), weights.data() + weights.size()) > 0.0,
+         "the weights must be above 0");
+  tracking::Tracked found;
+  for (std::size_t i = 0; i < weights.size() && (i == 0 || found.kept < count); ++i) {
+    tracking::Tracked next =
+        tracking::track(joints.moving, times.data(), targets.data(), count, weights(i), joints.limits);
+    if (i == 0 || next.kept > found.kept) found = std::move(next);
+  }
   return std::make_tuple(in_orders(found.rows, begin.shape(1)),
                          hand_over(std::move(found.jerks), {count, begin.shape(1)}), found.kept);
 }
@@ -345,7 +351,7 @@ NB_MODULE(timing, m) {
   m.def("brake", &brake, "times"_a, "coefficients"_a, "acceleration"_a, "jerk"_a, "ramp"_a, "begin"_a, "share"_a,
         "kept"_a, "step"_a);
   m.def("stop_from", &stop_from, "begin"_a, "limits"_a, "tick"_a, "excess"_a);
-  m.def("track", &track, "begin"_a, "times"_a, "targets"_a, "weight"_a, "limits"_a);
+  m.def("track", &track, "begin"_a, "times"_a, "targets"_a, "weights"_a, "limits"_a);
   nb::class_<Stops>(m, "Stops")
       .def(nb::init<const Vector<double>&, const Block<double>&, const Vector<double>&, const Vector<double>&, Numbers,
                     std::vector<std::size_t>, double, double, double, double, double>(),

@@ -15,7 +15,7 @@ using stopping::JointLimit, stopping::Moving, timing::Numbers;
 struct Tracked {
   std::vector<Moving> rows;  // One of each joint at the begin and at each target.
   Numbers jerks;             // One of each joint up to each target.
-  std::size_t kept;          // Targets up to the first at which a limit is exceeded.
+  std::size_t kept = 0;      // Targets up to the first at which a limit is exceeded.
 };
 
 inline bool keeps(const Moving& at, double jerk, const JointLimit& limit) {

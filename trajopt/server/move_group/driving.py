@@ -10,9 +10,10 @@ import numpy as np
 
 from trajopt.driving import Executor, SimulatedExecutor
 from trajopt.driving.committed_motion import CommittedMotion
-from trajopt.driving.motion_guard import guard_of, start_from
+from trajopt.driving.motion_guard import guard_of
 from trajopt.driving.soonest_stop import StopTaken, soonest_stop
 from trajopt.driving.world_snapshot import WorldSnapshot
+from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import joint_positions
 from trajopt.robot.joints import JointLimits
@@ -146,9 +147,9 @@ class MotionDriver:
             goal=joint_positions(end),
         )
         guard, world = guard_of(problem, self.executor), WorldSnapshot(reduced.scene, motion.begin)
-        here = start_from(problem, problem.start_positions, reduced.scene)
         try:
-            return soonest_stop(guard, world, begin, here, ahead, along)
+            limits = on_the_way(problem, ahead, 0.0).limits
+            return soonest_stop(guard, world, begin, limits, ahead, along)
         except ProblemError:
             # A motion that is faster than the limits allow can be braked on its path only, and not be proven.
             soonest = min((ahead, along), key=lambda each: each.duration)
@@ -293,7 +294,7 @@ class InProcess:
         drive = self._driving()
         remarks, executor = [drive.wait()], drive.executor
         if self._clock is not None and isinstance(executor, SimulatedExecutor):
-            remarks += on_the_way(executor)
+            remarks += mishaps(executor)
         return "; ".join(remark for remark in remarks if remark)
 
     def stop(self) -> StopTaken | None:
@@ -313,7 +314,7 @@ class InProcess:
         return self._drive
 
 
-def on_the_way(executor: SimulatedExecutor) -> list[str]:
+def mishaps(executor: SimulatedExecutor) -> list[str]:
     """Return the simulated robot's disallowed contacts and saturated motors, in words."""
     contacts = [str(contact) for contact in executor.contacts if contact.allowance is None]
     return [*contacts, *(f"the motor of {joint} was at its limit" for joint in executor.saturated)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from trajopt.driving import SimulatedExecutor, Supervisor
 from trajopt.driving.soonest_stop import StopTaken
 from trajopt.problem.problem import Problem
-from trajopt.server.move_group.driving import MotionDriver, on_the_way
+from trajopt.server.move_group.driving import MotionDriver, mishaps
 from trajopt.server.move_group.outcome import Execution
 from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.server.operations.planning import ABOUT, at_start, problem_in
@@ -162,5 +162,5 @@ def drive_along(
         if speed:
             time.sleep(max(begun + (arm.now() - start) / speed - time.monotonic(), 0.0))
     stop = drive.stop() if watch.cancel.is_set() else None
-    remarks = [drive.wait(), *on_the_way(arm)]
+    remarks = [drive.wait(), *mishaps(arm)]
     return DriveOutcome(drive.positions, remark="; ".join(each for each in remarks if each), stop=stop)

@@ -335,8 +335,6 @@ def moving_spans(motion: JudgedMotion, distances: PairDistances) -> list[Floats]
     A pair with a dynamic obstacle is examined while the robot moves its body and both are present. All other
     pairs are examined once, at all times.
     """
-    present = distances.present_since(motion.clock)
-    assert present is not None
     rounds = [np.where(distances.changing[:, None], NEVER, (-inf, inf))]
     times, patterns = motion.trajectory.times, _moved(motion, distances)
     ends: Floats = np.concatenate(((-inf,), times[1:-1], (times[-1] if motion.staying > 0.0 else inf,)))
@@ -345,8 +343,11 @@ def moving_spans(motion: JudgedMotion, distances: PairDistances) -> list[Floats]
         for number, (begin, end) in enumerate(_spans(moved, ends)):
             if number == len(rounds):
                 rounds.append(np.tile(NEVER, (len(patterns), 1)))
-            rounds[number][pairs, 0] = np.maximum(present[pairs, 0], begin)
-            rounds[number][pairs, 1] = np.minimum(present[pairs, 1], end)
+            rounds[number][pairs] = begin, end
+    if (present := distances.present_since(motion.clock)) is not None:
+        for spans in rounds:
+            np.maximum(spans[:, 0], present[:, 0], out=spans[:, 0])
+            np.minimum(spans[:, 1], present[:, 1], out=spans[:, 1])
     return rounds
 
 

@@ -242,8 +242,8 @@ def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accel
 def _ends(motion: JudgedMotion) -> tuple[Floats, Floats]:
     velocities = motion.trajectory.velocities
     assert velocities is not None  # The motion is differentiable.
-    rests = np.abs(velocities[[0, -1]]).max(axis=1, initial=0.0) <= motion.options.rest_speed
-    return np.array((0.0, motion.duration))[rests], motion.trajectory.positions[[0, -1]][rests]
+    ends = [end for end in (0, -1) if np.abs(velocities[end]).max(initial=0.0) <= motion.options.rest_speed]
+    return motion.trajectory.times[ends], motion.trajectory.positions[ends]
 
 
 def inverse_dynamics(motion: JudgedMotion) -> tuple[Floats, Floats]:

@@ -37,12 +37,9 @@ class Windows:
             present: Time span in which both bodies are present, shape (p, 2) [s]; always by default.
             staying: Part of the duration at rest after the motion [s].
         """
-        count = len(pairs.first)
         self.required = required
-        self._until: Floats = np.full(count, -np.inf)
-        self._from: Floats = np.full(count, np.inf)
-        self._first_depth: Floats = np.full(count, np.inf)
-        self._last_depth: Floats = np.full(count, np.inf)
+        self._rows: Floats = np.tile((-np.inf, np.inf, np.inf, np.inf), (len(pairs.first), 1))
+        self._until, self._from, self._first_depth, self._last_depth = self._rows.T
         for pair, allowance in pairs.allowances:
             # Intended contact is that of the described robot, and distances are less the error of the model.
             depth = allowance.depth + float(pairs.error[pair])
@@ -55,7 +52,7 @@ class Windows:
         if present is not None:
             self._accept_absent(present[:, 0], present[:, 1], duration)
         windowed = pairs.allowances or present is not None
-        edges = np.concatenate((self._until, self._from)) if windowed else np.empty(0)
+        edges = self._rows[:, :2] if windowed else np.empty(0)
         self.edges: Floats = np.array(sorted(set(edges[(edges > 0.0) & (edges < duration)].tolist())))
 
     def _accept_absent(self, appears: Floats, expires: Floats, duration: float) -> None:
@@ -69,8 +66,9 @@ class Windows:
         Returns:
             End of the first window, start of the last, depth in the first and in the last, shape (i, 4).
         """
-        columns = (self._until + clock, self._from + clock, self._first_depth, self._last_depth)
-        return np.stack([column[pair] for column in columns], axis=1)
+        found = self._rows[pair]
+        found[:, :2] += clock
+        return found
 
     def accept(self, time: Floats, pair: Ints) -> Bools:
         return (time <= self._until[pair]) | (time >= self._from[pair])
@@ -158,7 +156,8 @@ def search_clearance(
     present = distances.present_since(motion.clock) if present is None else present
     required, staying = required_clearances(reduced), motion.staying
     windows = Windows(reduced.pairs, required, motion.duration, present, staying=staying)
-    windowed, clock = np.flatnonzero(~distances.always_apart(present)), motion.clock
+    strict = distances.strict if present is None else distances.always_apart(present)
+    windowed, clock = np.flatnonzero(~strict), motion.clock
     free, accepted, contacts, gap, configurations = distances.core.search(
         position.times + clock,
         np.ascontiguousarray(position.coefficients),

@@ -9,7 +9,7 @@ from trajopt.native import proof
 from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.errors import ProblemError, shown
-from trajopt.values.trajectory import Interpolation, Trajectory, refined
+from trajopt.values.trajectory import Interpolation, Trajectory
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.options import VerifyOptions
 
@@ -70,6 +70,11 @@ class Polynomials:
     def at(self, piece: Ints, since: Floats) -> Floats:
         """Evaluate pieces at times since their starts, both of shape (s,), shape (s, n)."""
         return proof.sampled(np.ascontiguousarray(self.coefficients), piece, since)
+
+    def beside(self, other: "Polynomials") -> "Polynomials":
+        """Join these functions and others, which rest outside of their own times, over the times of these."""
+        own, its = (np.ascontiguousarray(each.coefficients) for each in (self, other))
+        return Polynomials(*map(readonly, proof.beside(self.times, own, other.times, its)))
 
 
 class JudgedMotion:
@@ -234,7 +239,7 @@ class TimedMotion(JudgedMotion):
         self.timed = timed
         robot = _stayed(trajectory, staying)
         driven = Polynomials(timed.driven.times - clock, timed.driven.coefficients)
-        self._take(timed.reduced, trajectory, beside(robot, driven), kinematics, options)
+        self._take(timed.reduced, trajectory, robot.beside(driven), kinematics, options)
         self.staying, self.clock = staying, clock
 
     @property
@@ -277,16 +282,6 @@ def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:
     )
 
 
-def beside(one: Polynomials, other: Polynomials) -> Polynomials:
-    """Join two sets of functions over the times of the first; the second rest outside of their own."""
-    begin, end = one.times[0], one.times[-1]
-    inside = other.times[(other.times > begin) & (other.times < end)]
-    times = np.unique(np.concatenate((one.times, inside)))
-    degree = max(len(one.coefficients), len(other.coefficients))
-    both = [refined(times, each.times, each.coefficients, degree) for each in (one, other)]
-    return Polynomials(readonly(times), readonly(np.concatenate(both, axis=2)))
-
-
 MOST_PIECES = 8
 """Most pieces of a cut interval; the fewest are two."""
 
@@ -324,7 +319,9 @@ def steps_in_pieces(motion: JudgedMotion) -> Ints:
     lengths = np.diff(times)
     steps = np.ceil(lengths / options.sample_step)
     if (steps > LEAST_OF_SLOW).any():
-        speed = motion.rates(times[:-1], times[1:], order=1).max(axis=1)
+        position = motion.position
+        coefficients, matrix = np.ascontiguousarray(position.coefficients), motion.reduced.mimic_matrix
+        speed = proof.speeds(position.times, coefficients, matrix)
         steps = np.minimum(steps, np.maximum(LEAST_OF_SLOW, np.ceil(speed * lengths / options.sample_travel)))
     if steps.sum() > MOST_MOMENTS:
         raise ProblemError(

@@ -165,8 +165,7 @@ class PairDistances:
 
     Attributes:
         planar: Whether a pair includes a half-space, shape (p,).
-        present: Time span in which both bodies of each pair are present, shape (p, 2) [s]; None in a static
-            scene.
+        present: Time span in which both bodies of each pair are present, shape (p, 2) [s]; None if always.
         changing: Whether a pair includes a dynamic obstacle, shape (p,).
     """
 
@@ -221,7 +220,8 @@ class PairDistances:
                 present[mine, 1] = np.minimum(present[mine, 1], timing.expires)
                 if timing.motion is not None:
                     errors[mine] += timing.motion.error
-        self.present = present
+        if np.isfinite(present).any():
+            self.present = present
         return errors
 
     def owners(self, pair: int) -> tuple[str, str]:
