@@ -85,7 +85,7 @@ def along_actions(
 
     Args:
         chunk: The actions, all later.
-        deviations: From an action that weigh as much as a jerk J [rad | m].
+        deviations: Each weighs as much as a jerk J [rad | m].
         limits: With the jerk of each joint limited.
     """
     times = np.concatenate(((0.0,), chunk.times - time))

@@ -109,9 +109,8 @@ class CommittedMotion:
             return last[2].copy()  # read twice at the begin of a motion: before and in its splice
         now = next((piece for piece in reversed(pieces) if piece.begin <= time), None)
         if now is None:
-            first = self._standing if not pieces else pieces[0].state(pieces[0].begin)[0]
-            rows: Floats = np.zeros((3, len(first)))
-            rows[0] = first
+            rows: Floats = np.zeros((3, len(self.joint_names)))
+            rows[0] = self._before(pieces)
         else:
             rows = now.state(time)
         self._last = pieces, time, rows
@@ -121,12 +120,15 @@ class CommittedMotion:
         at = floats("times", times, (None,))
         pieces = self._pieces
         rows: Floats = np.empty((len(at), len(self.joint_names)))
-        rows[:] = pieces[0].state(pieces[0].begin)[0] if pieces else self._standing
+        rows[:] = self._before(pieces)
         for piece, after in zip_longest(pieces, pieces[1:]):
             within = (at >= piece.begin) & (at < (inf if after is None else after.begin))
             if within.any():
                 rows[within] = piece.whole(np.minimum(at[within] - piece.begin, piece.trajectory.duration))
         return rows
+
+    def _before(self, pieces: tuple[_Piece, ...]) -> Floats:
+        return pieces[0].state(pieces[0].begin)[0] if pieces else self._standing
 
     @checked
     def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:
