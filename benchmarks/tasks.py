@@ -17,7 +17,8 @@ from trajopt.robot.joints import JointLimits
 from trajopt.tasks import AnyOrder, Dwell, MoveTo, PickObject, PlaceObject, Task, TaskResult, TaskStage
 from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of, pick_and_place
 from trajopt.tasks.grasping.simulation import Hold
-from trajopt.tasks.tour import Tours, travel_time
+from trajopt.tasks.tour import Tours
+from trajopt.timing.time_scaling import travel_time
 from trajopt.values.arrays import Floats, Ints
 
 REST = 1e-3
@@ -72,11 +73,11 @@ class Plate:
         )
         return Plate(scene, group, home, points, goals)
 
-    def measured(self, rule: str, stages: Sequence[TaskStage]) -> Measured:
+    def measured(self, rule: str, stages: Sequence[TaskStage], *, improve: bool = False) -> Measured:
         """Plan stages and the way home."""
         begin = time.process_time()
         task = Task(scene=self.scene, group=self.group, start=self.home, stages=[*stages, MoveTo(self.home)])
-        result = to.plan(task)
+        result = to.plan(task, improve=improve)
         return Measured(rule, result.duration, time.process_time() - begin)
 
     def ours(self, rest: float) -> Measured:

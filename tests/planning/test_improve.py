@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import trajopt as to
 from trajopt.optimise.methods import method_named
+from trajopt.timing.time_scaling import travel_time
 from trajopt.values.errors import ProblemError
 
 
@@ -34,6 +36,25 @@ def test_where_the_line_is_best_nothing_shorter_is_found() -> None:
     assert found.trajectory.duration == pytest.approx(found.along_path, rel=0.01)
     if found.trajectory.duration >= found.along_path:
         assert "nothing shorter than" in str(found)
+
+
+def test_waypoints_are_passed_at_speed() -> None:
+    """In a slight zigzag, and proven: sooner than along the path, and than with a rest at each."""
+    scene = to.Scene(to.load("panda"))
+    ready = scene.robot.state("ready", group="panda_arm")
+    spots = [
+        {**ready, "panda_joint1": 0.05 * number, "panda_joint4": ready["panda_joint4"] + 0.01 * (number % 2)}
+        for number in range(1, 25)
+    ]
+    asked = to.Problem(scene=scene, group="panda_arm", start="ready", goal="ready", waypoints=spots)
+    plan = to.plan(asked, improve=True).require()
+    rows = np.array([asked.reduced.start_positions, *(list(each.values()) for each in spots)])
+    resting = travel_time(rows, np.roll(rows, -1, axis=0), asked.limits, rests=True).sum()
+    assert plan.along_path is not None
+    assert plan.trajectory.duration < min(0.9 * plan.along_path, 0.7 * resting)
+    passed = [plan.certificate.passing_time(str(number)) or 0.0 for number in range(1, 25)]
+    for spot, time in zip(rows[1:], passed, strict=True):
+        assert plan.trajectory(time) == pytest.approx(spot, abs=1e-4)
 
 
 def test_improve_continues_from_any_path_over_knots() -> None:

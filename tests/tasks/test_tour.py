@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from trajopt.robot.joints import JointLimits
-from trajopt.tasks.tour import Tours, travel_time
+from trajopt.tasks.tour import Tours
+from trajopt.timing.time_scaling import travel_time
 
 
 def drawn(seed: int, groups: int, nodes: int) -> Tours:

@@ -13,7 +13,7 @@ from trajopt.files.moveit import read_scene
 from trajopt.lab.reach import CELL, DIRECTIONS, check_table_path, reach_map, sample_table
 from trajopt.lab.srdf import Confidence, propose_srdf
 from trajopt.lab.srdf.judged_pairs import samples_needed
-from trajopt.optimise.kinematics.arguments import frame_of
+from trajopt.optimise.kinematics.forward import frame_of
 from trajopt.scene.group_tools import end_link
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model

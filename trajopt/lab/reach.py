@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trajopt.geometry import Evaluator, evaluator
-from trajopt.optimise.kinematics.arguments import count_of, frame_of
-from trajopt.optimise.kinematics.forward import manipulability, moving_frame, stacked_jacobian
+from trajopt.optimise.kinematics.forward import frame_of, manipulability, moving_frame, stacked_jacobian
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.kinematics.sampling import BATCH, Progress, Sampler
-from trajopt.optimise.kinematics.validity import clear, pair_margins
+from trajopt.optimise.kinematics.validity import clear, count_of, pair_margins
 from trajopt.problem.requirements import FollowsCurve, FramePlacement, frame_placement
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.robot.joints import draw_positions

@@ -17,7 +17,8 @@ from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.search import Item, TaskSearch, TaskStage, TaskState, Way, as_items, choosing, in_sequence
 from trajopt.tasks.sequence import StageRefusal
 from trajopt.tasks.stages import Dwell, MoveTo, held_after_each
-from trajopt.tasks.tour import Tours, travel_time
+from trajopt.tasks.tour import Tours
+from trajopt.timing.time_scaling import travel_time
 from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.errors import ProblemError, shown
 

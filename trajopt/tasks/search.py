@@ -24,7 +24,7 @@ from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.straight import KNOTS, to_configuration, with_room
 from trajopt.tasks.result import SETTLING, Handling, StageRest, TaskSegment
 from trajopt.tasks.sequence import NO_NAMES, CandidateNames, StageRefusal
-from trajopt.tasks.tour import travel_time
+from trajopt.timing.time_scaling import travel_time
 from trajopt.values.arrays import Floats, sequence, several
 from trajopt.values.errors import ProblemError, TrajoptError, shown
 from trajopt.values.placement import WORLD

@@ -36,7 +36,7 @@ from trajopt.tasks.search import (
     refuse_changing,
 )
 from trajopt.tasks.sequence import StageRefusal
-from trajopt.tasks.tour import travel_time
+from trajopt.timing.time_scaling import travel_time
 from trajopt.values.arrays import Floats, Value, at_least, function, number, one_of
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked

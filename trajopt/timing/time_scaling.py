@@ -333,3 +333,31 @@ def in_turn(first: Trajectory, second: Trajectory) -> Trajectory:
     if ends is None or begins is None or np.abs(begins[0] - ends[-1]).max() <= MEETING:
         return first.followed_by(second)
     return after_standing(first, 2.0 * JOLT, second)
+
+
+def travel_time(start: Floats, end: Floats, limits: JointLimits, *, rests: bool) -> Floats:
+    """Return the least time from configurations to others within the limits of each joint alone.
+
+    From rest to rest within speed v, acceleration a and jerk j a joint needs (Biagiotti and Melchiorri 2008,
+    section 3.4), with a time t to reach v of v/a + a/j, or 2 sqrt(v/j) if v is reached before a:
+    d/v + t for a distance d of at least v t; else a/j + sqrt((a/j)^2 + 4 d/a) for one of at least 2 a^3/j^2,
+    else (32 d/j)^(1/3). In passing it needs d/v.
+
+    Args:
+        start: Shape (..., n) [rad | m].
+        end: Shape (..., n) [rad | m].
+        rests: Whether the arm rests at both.
+
+    Returns:
+        Shape (...,) [s].
+    """
+    way = np.abs(end - start)
+    speed, rate, jerk = limits.velocity, limits.acceleration, limits.jerk
+    if not rests:
+        return (way / speed).max(axis=-1)
+    with np.errstate(invalid="ignore"):
+        rise = rate / jerk
+        ramp = np.where(speed >= rate * rise, speed / rate + rise, 2.0 * np.sqrt(speed / jerk))
+        long = way >= 2.0 * rate * rise**2
+        short = np.where(long, rise + np.sqrt(rise**2 + 4.0 * way / rate), np.cbrt(32.0 * way / jerk))
+    return np.where(way >= speed * ramp, way / speed + ramp, short).max(axis=-1)

@@ -1,5 +1,6 @@
 """The program over control points: derivatives, hull and the way back to a path."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from trajopt.optimise.transcription.bspline import (
     fitted,
     over_control_points,
 )
+from trajopt.optimise.transcription.free_breaks import FreeBreaksNlp
 from trajopt.optimise.transcription.free_duration import RESTING, FreeDurationNlp, least_duration
 from trajopt.planning.seeds import straight_line
 from trajopt.robot.joints import JointLimits
@@ -47,6 +49,15 @@ def free(folder: Path) -> tuple[FreeDurationNlp, Floats]:
     model = nlp.problem.reduced
     timed = FreeDurationNlp(nlp, nlp.problem.limits, 2.0, DynamicsQuery(model), *np.zeros((2, 4)))
     return timed, np.hstack((control, np.full((len(control), 1), 0.9)))
+
+
+def passing(folder: Path) -> tuple[FreeBreaksNlp, Floats]:
+    """Two waypoints on the way, one of which leaves the joints a choice."""
+    spot = to.joint_positions({"pan": -0.3, "reach": 0.15, "elbow": 0.1, "wrist": 0.3})
+    asked = replace(problem(folder), waypoints=(spot, to.joint_positions({"pan": 0.4}, tolerance=0.02)))
+    seed = straight_line(asked.reduced.start_positions, np.array(list(GOAL.values())), asked.knots)
+    base = transcribe(asked, seed, (8, 15))
+    return FreeBreaksNlp.through(base, seed, DynamicsQuery(asked.reduced), least=10)
 
 
 def blocks(at: Linearisation) -> dict[str, Floats]:
@@ -81,6 +92,11 @@ def test_derivatives_over_control_points(degree: int, tmp_path: Path) -> None:
 
 def test_derivatives_with_free_duration(tmp_path: Path) -> None:
     nlp, x = free(tmp_path)
+    check_derivatives(nlp, x + 0.01 * np.random.default_rng(2).normal(size=x.shape))
+
+
+def test_derivatives_with_free_breaks(tmp_path: Path) -> None:
+    nlp, x = passing(tmp_path)
     check_derivatives(nlp, x + 0.01 * np.random.default_rng(2).normal(size=x.shape))
 
 

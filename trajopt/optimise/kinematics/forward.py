@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.geometry import Evaluator, evaluator
-from trajopt.optimise.kinematics.arguments import frame_of
 from trajopt.optimise.terms.frames import RelativeFrame, relative_frame
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Value, floats, readonly
+from trajopt.values.arrays import Floats, Value, floats, one_of, readonly
 from trajopt.values.errors import ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement
@@ -143,3 +142,14 @@ def configurations(reduced: ReducedModel, positions: ArrayLike) -> Floats:
     except (TypeError, ValueError) as error:
         raise ShapeError("positions", f"must be numbers, is {shown(positions)}") from error
     return floats("positions", rows, (None, joints))
+
+
+def frame_of(reduced: ReducedModel, name: str) -> str:
+    """Return the name of an existing frame.
+
+    Raises:
+        FrameNotFound: If it is not.
+        ProblemError: If it is not a name.
+    """
+    reduced.attachment(one_of("frame", name, str))
+    return name

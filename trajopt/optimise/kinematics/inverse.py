@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.geometry import Evaluator, evaluator
-from trajopt.optimise.kinematics.arguments import count_of, requirements_of
 from trajopt.optimise.kinematics.projection import ANYWHERE, Projection, turning_joints
-from trajopt.optimise.kinematics.validity import Validity, validity
+from trajopt.optimise.kinematics.validity import Validity, count_of, requirements_of, validity
 from trajopt.optimise.terms.joint_positions import joint_box
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement

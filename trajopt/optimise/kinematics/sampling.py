@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.geometry import Evaluator, evaluator
-from trajopt.optimise.kinematics.arguments import count_of, requirements_of
 from trajopt.optimise.kinematics.projection import Projection
-from trajopt.optimise.kinematics.validity import clear, pair_margins
+from trajopt.optimise.kinematics.validity import clear, count_of, pair_margins, requirements_of
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.joints import draw_positions
 from trajopt.scene.reduced import ReducedModel

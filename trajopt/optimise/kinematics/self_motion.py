@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.geometry import evaluator
-from trajopt.optimise.kinematics.arguments import requirements_of
 from trajopt.optimise.kinematics.projection import Projection
-from trajopt.optimise.kinematics.validity import clear, missed_at
+from trajopt.optimise.kinematics.validity import clear, missed_at, requirements_of
 from trajopt.problem.requirements import Requirement
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Value, floats, number, one_of, readonly

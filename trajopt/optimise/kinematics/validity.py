@@ -2,21 +2,21 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.geometry import Evaluator, evaluator
-from trajopt.optimise.kinematics.arguments import requirements_of
 from trajopt.optimise.terms.joint_positions import without_followers
 from trajopt.optimise.terms.requirement import constrain
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import Requirement
 from trajopt.problem.residual import WHOLE, units_of
+from trajopt.problem.stated import check_names
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Bools, Floats, Value, floats, number
-from trajopt.values.errors import ShapeError
+from trajopt.values.arrays import Bools, Floats, Value, floats, number, one_of, sequence
+from trajopt.values.errors import ProblemError, ShapeError, shown
 from trajopt.values.printed import in_degrees, in_length
 from trajopt.verify import Check, Examination, Judge, PairDistance
 
@@ -161,3 +161,26 @@ def missed_at(reduced: ReducedModel, required: Sequence[Requirement], positions:
                 missed[unit] = max(missed[unit], off if off > bound.tolerance else 0.0)
     said = " and ".join(SHOWN[unit](off) for unit, off in missed.items() if off > 0.0)
     return said or "next to nothing"  # of what is aimed at inside the tolerances
+
+
+def count_of(name: str, value: int) -> int:
+    """Return an integer of at least 1.
+
+    Raises:
+        ProblemError: If it is not an integer.
+        ShapeError: If it is smaller.
+    """
+    if one_of(name, value, int) < 1:
+        raise ShapeError(name, f"must be at least 1, is {value}")
+    return value
+
+
+def requirements_of(
+    reduced: ReducedModel, name: str, requirements: Requirement | Sequence[Requirement]
+) -> tuple[Requirement, ...]:
+    wanted = (requirements,) if isinstance(requirements, Requirement) else tuple(sequence(name, requirements))
+    for item in wanted:
+        if not isinstance(cast("object", item), Requirement):
+            raise ProblemError(f"{name}: {shown(item)} is not a requirement")
+        check_names(reduced.scene, item)
+    return wanted

@@ -14,6 +14,7 @@ from trajopt.optimise.methods.timing import retime_path, stopping_motion, with_j
 from trajopt.optimise.solvers import SolveResult, Sqp
 from trajopt.optimise.solvers.sqp import TrustRegion
 from trajopt.optimise.transcription.bspline import KnotPlaces, SplineBasis, over_control_points
+from trajopt.optimise.transcription.free_breaks import FreeBreaksNlp
 from trajopt.optimise.transcription.free_duration import RESTING, FreeDurationNlp
 from trajopt.problem.problem import Problem
 from trajopt.timing import RetimeFailure
@@ -36,6 +37,11 @@ def _solver() -> Sqp:
     )
 
 
+def _solver_through_waypoints() -> Sqp:
+    # The seed rests at each waypoint, so it is farther from the solution.
+    return replace(_solver(), max_iterations=100, trust_region=TrustRegion(radius=0.3))
+
+
 @dataclass(frozen=True)
 class FreeDuration:
     """Minimises the duration under limits of velocity, acceleration, jerk and torque.
@@ -46,6 +52,7 @@ class FreeDuration:
 
     pieces: int = 64
     solver: Sqp = field(default_factory=_solver)
+    through_waypoints: Sqp = field(default_factory=_solver_through_waypoints)
     seed: Knots = field(default_factory=Knots)
     name: str = "free-duration"
 
@@ -115,12 +122,27 @@ class FreeDurationProgram(Printed):
         self, solved: SolveResult, motion: Trajectory, *, progress: Progress | None = None
     ) -> SolveResult:
         (path,) = (item.path for item in self.first.decode(solved))
+        if self.waypoint_knots and self.stop is None:
+            return self._through_waypoints(path, progress)
         nlp = self._program(path, motion, self._rested(solved))
         control = nlp.fitted(*_samples(nlp.spline.basis, motion))
         x0 = np.hstack((control, np.ones((len(control), 1))))
         freed = self.method.solver.solve(nlp, x0, progress=progress)
         decoded = Decoded(nlp.spline.decode(freed.x[:, :-1]), nlp.decode(freed.x) if freed.feasible else None)
         return MovingResult(freed.status, freed.x, freed.at, freed.log, decoded)
+
+    def _through_waypoints(self, path: Path, progress: Progress | None) -> SolveResult:
+        """Improve from rests at all waypoints: only with times of their own are they passed at speed."""
+        nlp, seed = FreeBreaksNlp.through(self.first.nlp, path.knots, self._dynamics, self.method.pieces)
+        freed = self.method.through_waypoints.solve(nlp, seed, progress=progress)
+        motion = nlp.decode(freed.x) if freed.feasible else None
+        decoded = Decoded(Path(path.joint_names, nlp.motion(freed.x, freed.at.sampling).positions), motion)
+        return MovingResult(freed.status, freed.x, freed.at, freed.log, decoded)
+
+    @property
+    def _dynamics(self) -> DynamicsQuery | None:
+        limited = np.isfinite(self.problem.limits.effort).any()
+        return DynamicsQuery.loaded(self.problem.reduced) if limited else None
 
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
         return (solved.decoded,) if isinstance(solved, MovingResult) else self.first.decode(solved)
@@ -136,10 +158,8 @@ class FreeDurationProgram(Printed):
         if self.stop is not None:
             spline.lower[0] = spline.upper[0] = self.stop.positions[0]
             spline.lower[1:RESTING], spline.upper[1:RESTING] = base.lower[1], base.upper[1]
-        limited = np.isfinite(problem.limits.effort).any()
-        dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
         begins = problem.start_velocities, problem.start_accelerations
-        return FreeDurationNlp(spline, problem.limits, motion.duration, dynamics, *begins)
+        return FreeDurationNlp(spline, problem.limits, motion.duration, self._dynamics, *begins)
 
 
 def _basis(pieces: int) -> SplineBasis:

@@ -93,9 +93,9 @@ class FreeDurationNlp:
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
         at = self.spline.linearise(x[:, :-1], sampling)
         costs = [
-            replace(block, rows=_widened(block.rows), weight=SMOOTHNESS * block.weight) for block in at.costs
+            replace(block, rows=widened(block.rows), weight=SMOOTHNESS * block.weight) for block in at.costs
         ]
-        constraints = [replace(block, rows=_widened(block.rows), reach=np.inf) for block in at.constraints]
+        constraints = [replace(block, rows=widened(block.rows), reach=np.inf) for block in at.constraints]
         constraints += [self._limit(x, order) for order in (1, 2, 3)]
         if self.dynamics is not None:
             constraints.append(self._torque(x))
@@ -142,16 +142,11 @@ class FreeDurationNlp:
     def _held_by_motors(self, control: Floats, duration: float) -> float:
         if self.dynamics is None:
             return duration
-        basis, effort = self.spline.basis, self.limits.effort
+        basis = self.spline.basis
         between = (basis.breaks[:-1] + basis.breaks[1:]) / 2.0
         at = np.concatenate((basis.breaks, between))
         position, speed, bend = (basis.derivative_at(at, order)(control) for order in (0, 1, 2))
-        for _ in range(STRETCHES):
-            torque = self.dynamics.torque(position, speed / duration, bend / duration**2)
-            if (np.abs(torque) <= effort).all():
-                break
-            duration *= 1.0 + STRETCH
-        return duration
+        return held_by_motors(self.dynamics, self.limits.effort, (position, speed, bend), duration)
 
     def _limit(self, x: Floats, order: int) -> ConstraintRows:
         """Rows +-D^r c / limit - T^r <= 0, each in units of the limit."""
@@ -252,6 +247,23 @@ def least_duration(breaks: Floats, speed: Floats, bend: Floats, limits: JointLim
     return max(float(np.max(needed)) * (1.0 + ROUNDING), SHORTEST)
 
 
+def held_by_motors(
+    dynamics: DynamicsQuery, effort: Floats, states: tuple[Floats, Floats, Floats], duration: float
+) -> float:
+    """Return a duration, lengthened until the torques are within their limits [s].
+
+    Args:
+        states: Positions and their first and second derivatives over [0, 1], shape (s, n) each.
+    """
+    position, speed, bend = states
+    for _ in range(STRETCHES):
+        torque = dynamics.torque(position, speed / duration, bend / duration**2)
+        if (np.abs(torque) <= effort).all():
+            break
+        duration *= 1.0 + STRETCH
+    return duration
+
+
 def _duration(x: Floats) -> CostRows:
     """The duration, in units of the reference; the first copy is used for all."""
     jacobian = np.zeros((1, 1, x.shape[1]))
@@ -284,7 +296,7 @@ def _capped(name: str, rows: Rows) -> ConstraintRows:
     return ConstraintRows(name, rows, np.full(count, -np.inf), np.zeros(count), TOLERANCE)
 
 
-def _widened(rows: Rows) -> Rows:
+def widened(rows: Rows) -> Rows:
     jacobian = np.zeros((*rows.jacobian.shape[:2], rows.jacobian.shape[2] + 1))
     jacobian[..., :-1] = rows.jacobian
     return Rows(rows.value, jacobian, rows.knots, rows.component, rows.place)
