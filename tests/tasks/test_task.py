@@ -13,7 +13,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.files.bundle import read_bundle, read_result
 from trajopt.files.export import export
-from trajopt.planning import Status
+from trajopt.planning import Certainty, Status
 from trajopt.simulation import Friction
 from trajopt.tasks import (
     AnyOrder,
@@ -611,6 +611,21 @@ def test_a_suction_cup_attaches_and_detaches(cell: to.Scene) -> None:
     )
 
 
+def test_an_object_that_the_tool_does_not_reach_is_not_attached(cell: to.Scene) -> None:
+    """The stage is named; a distance that is stated is accepted."""
+    far = to.plan(task(cell, AttachObject("cup", "panda_hand_tcp")))
+    assert far.status is Status.GRIPPER_CANNOT and far.failed == "attach cup"
+    assert "away from 'panda_hand_tcp', farther than 50 mm" in far.reason
+    assert to.plan(task(cell, AttachObject("cup", "panda_hand_tcp", within=np.inf))).verified
+
+
+def test_a_start_in_collision_is_proven(cell: to.Scene) -> None:
+    walled = cell.add("wall", to.Box(0.2, 0.2, 0.2), to.placement((0.3, 0.0, 0.6)))
+    found = to.plan(task(walled, MoveTo({"panda_joint1": 0.5})))
+    assert found.status is Status.START_IN_COLLISION
+    assert found.explain().certainty is Certainty.PROVEN and "evidence" not in str(found.explain())
+
+
 def test_a_curve_is_followed_after_the_way_to_its_beginning(cell: to.Scene) -> None:
     seam = to.follows_curve("panda_hand_tcp", line(over(0.4, 0.1), over(0.55, 0.1)))
     found = to.plan(task(cell, MoveTo(over(0.5, 0.2)), FollowCurve(seam, name="seam"), MoveTo("ready")))
@@ -725,7 +740,7 @@ def test_the_rest_in_a_moving_world_is_proven(cell: to.Scene) -> None:
 
 def test_a_task_without_a_motion_has_a_result_without_a_trajectory(cell: to.Scene) -> None:
     name = next(iter(cell.objects))
-    found = to.plan(task(cell, AttachObject(name, "panda_hand")))
+    found = to.plan(task(cell, AttachObject(name, "panda_hand", within=np.inf)))
     assert found.verified
     assert found.duration == 0.0
     assert found.stages == ()

@@ -233,17 +233,31 @@ class MotionSequence(SavedResult, Generic[Part]):
     def explain(self) -> OutcomeSummary:
         """Return the cycle times of the stages, or the reasons of the rejected ways, for printing."""
         ended = "" if self.stopped is None else "; the search was not finished"
+        blocked = not self.verified and any(self._is_of_the_start(item) for item in self.refusals)
+        grounds = f"ways tried and rejected: {len(self.refusals)}{ended}"
+        if self.verified:
+            grounds = "the judge verified every motion in the scene of its time"
+        elif blocked:
+            grounds = "every way begins at that configuration, where it was measured"
         return OutcomeSummary(
             status=self.status,
             reason=self.reason,
-            certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
-            grounds="the judge verified every motion in the scene of its time"
-            if self.verified
-            else f"ways tried and rejected: {len(self.refusals)}{ended}",
+            certainty=Certainty.PROVEN if self.verified or blocked else Certainty.EVIDENCE,
+            grounds=grounds,
             details=tuple(map(str if self.verified else StageRow.indented, self.tree))
             if len(self.refusals) > 1 or self.verified
             else (),
         )
+
+    def _is_of_the_start(self, refusal: StageRefusal) -> bool:
+        """Return whether a proof about the configuration before all motions refutes every way."""
+        of_start = (Status.START_IN_COLLISION, Status.START_OUT_OF_LIMITS)
+        result = refusal.result
+        if result is None or refusal.status not in of_start or result.certainty is not Certainty.PROVEN:
+            return False
+        reduced = result.problem.reduced
+        same = dict(reduced.scene.objects) == dict(self.scene.objects)
+        return same and np.array_equal(reduced.start, self.start)
 
     @property
     def causes(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from math import inf
 
 import numpy as np
 
-from trajopt.geometry.geometry import supports
+from trajopt.geometry.geometry import gap, supports
 from trajopt.planning.infeasibility import reasons
 from trajopt.planning.status import Status
 from trajopt.problem.problem import PathConstraint
@@ -40,8 +40,9 @@ from trajopt.timing.time_scaling import travel_time
 from trajopt.values.arrays import Floats, Value, at_least, function, number, one_of
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.placement import WORLD, PlacementLike, as_placement
+from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.printed import in_length
+from trajopt.values.shapes.shapes import Shape, Sphere
 from trajopt.verify import Judge, Moment
 
 
@@ -237,6 +238,10 @@ class Dwell(Value):
         yield state.rest(self.seconds, self.name)
 
 
+POINT = 1e-6
+"""Radius of a frame as a shape [m]."""
+
+
 @checked
 @dataclass(frozen=True, eq=False)
 class AttachObject(Value):
@@ -246,12 +251,19 @@ class AttachObject(Value):
 
     Attributes:
         link: Link or tool frame.
+        within: Largest distance of the object from the frame, from the bodies that move with it, and from the
+            touch links [m]; inf if it may be anywhere.
     """
 
     object: str
     link: str
     touch_links: Sequence[str] = ()
     name: str = ""
+    within: float = 0.05
+
+    def __post_init__(self) -> None:
+        if number("within", self.within, infinite=True) < 0.0:
+            raise ProblemError(f"within must not be negative, is {self.within:g} m")
 
     @property
     def default_name(self) -> str:
@@ -273,10 +285,32 @@ class AttachObject(Value):
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         scene, at = state.scene, state.positions
+        away = self._distance(scene, at)
+        if away > self.within:
+            words = (
+                f"{shown(self.object)} is {in_length(away)} away from {shown(self.link)}, farther than "
+                f"{in_length(self.within)}: move there first, or state the distance as `within`"
+            )
+            yield StageRefusal(self.name, Status.GRIPPER_CANNOT, words)
+            return
         held = scene.attach(self.object, self.link, at=at, touch_links=tuple(self.touch_links))
         stood_on = supports(scene, self.object, scene.placement_of(self.object, at))
         lifted = lifting_scene(held, self.object, stood_on, search.options.contact_time)
         yield replace(state.rest(name=self.name), scene=held, lifting=lifted.allowances)
+
+    def _distance(self, scene: Scene, at: Floats) -> float:
+        """Return the distance of the object from what holds it [m]."""
+        holder, bodies = scene.holder(self.link).link, (*scene.robot.bodies, *scene.object_bodies())
+        place = scene.placement_of(self.object, at)
+        near: list[tuple[Placement, Shape]] = [(scene.placement_of(self.link, at), Sphere(POINT))]
+        near += [
+            (scene.placement_of(body.frame, at) * body.placement, body.shape)
+            for body in bodies
+            if body.owner != self.object and (body.frame == holder or body.owner in self.touch_links)
+        ]
+        parts = scene.object(self.object).parts
+        gaps = (gap(place * where, shape, *other) for shape, where in parts for other in near)
+        return max(min(gaps), 0.0)
 
 
 @checked

@@ -51,7 +51,7 @@ def read_task(path: Path | str, scene: Scene) -> Task:
 
     - `move_to`: a state, joint -> position [rad | m], or a pose of the tool; optionally `group`,
     - `dwell` [s], `gripper` (opening [m]), `pick` (an object, with proposed grasps), `place` with `at`,
-    - `attach` with `link` and optionally `touch_links` (a list), `detach`,
+    - `attach` with `link` and optionally `touch_links` (a list) and `within` [m], `detach`,
     - `move_object` with `to` and optionally `seconds`,
     - `follow` (a frame) with `poses` or `file`, optionally `blend`, `speed` [m/s], `steady`, `off` [m],
     - `any_order` (optionally with `then`), `for_each`, `one_of` (optionally with `cost` and `ways_each`),
@@ -169,7 +169,8 @@ def _any_order(node: Node, listed: Node, cell: _Cell, name: str) -> TaskStage:
 
 def _attach(node: Node, attached: Node, _: _Cell, name: str) -> TaskStage:
     touch = tuple(link.text() for link in node["touch_links"].elements()) if node.has("touch_links") else ()
-    return AttachObject(attached.text(), node["link"].text(), touch_links=touch, name=name)
+    within = {"within": node["within"].number(infinite=True)} if node.has("within") else {}
+    return AttachObject(attached.text(), node["link"].text(), touch_links=touch, name=name, **within)
 
 
 def _move_object(node: Node, moved: Node, _: _Cell, name: str) -> TaskStage:
@@ -207,7 +208,7 @@ _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "gripper": ((), lambda _, value, __, name: SetGripper(value.number(), name=name)),
     "pick": ((), _pick),
     "place": (("at",), _place),
-    "attach": (("link", "touch_links"), _attach),
+    "attach": (("link", "touch_links", "within"), _attach),
     "detach": ((), lambda _, value, __, name: DetachObject(value.text(), name=name)),
     "move_object": (("to", "seconds"), _move_object),
     "follow": (("poses", "file", "speed", "steady", "blend", "off"), _follow),

@@ -1,6 +1,7 @@
 """Following curves: all of them where that is possible, and a reason where it is not."""
 
 import json
+import re
 from functools import cache
 from pathlib import Path
 from threading import Event
@@ -303,3 +304,41 @@ def test_the_explanation_has_parts() -> None:
     assert blocked.explain().certainty is Certainty.EVIDENCE
     assert blocked.explain().status is blocked.status
     assert blocked.reason in str(blocked.explain())
+
+
+def test_a_seam_out_of_reach_is_followed_by_tilting_within_the_cone() -> None:
+    """Without the freedom the end is refused and named; with it every tilt is within the cone."""
+    scene = to.Scene(to.load("ur5"))
+    down = [to.placement((x, 0.1, 0.1), rpy=(np.pi, 0.0, 0.0)) for x in (0.6, 0.93)]
+    options = FollowOptions(begin=Begin.ANY_BRANCH)
+
+    def followed(cone: float | None) -> Followed:
+        seam = to.follows_curve("tool0", polyline(down), spin=(0, 0, 1), rotation_tolerance=cone)
+        return follow(scene, seam, start="up", group="manipulator", options=options)
+
+    upright, cone = followed(None), np.radians(25.0)
+    assert not upright.complete and upright.status is Status.OUT_OF_REACH
+    found = followed(cone)
+    assert found.complete
+    plan = found.result.require()
+    for time in np.linspace(0.0, plan.trajectory.duration, 200).tolist():
+        at = found.result.problem.reduced.all_positions(plan.trajectory(time))
+        tilt = np.arccos(np.clip(-scene.placement_of("tool0", at).rotation[2, 2], -1.0, 1.0))
+        assert tilt <= cone
+
+
+def test_a_steady_speed_that_is_only_ramps_states_the_length_that_is_missing() -> None:
+    """The way that is longer by the stated ramps is followed at that speed."""
+    speed = to.tool_speed(TCP, linear=1.0, steady=0.02)
+    options = FollowOptions(begin=Begin.ANY_BRANCH, tool_speed=(speed,))
+
+    def followed(before: float, after: float) -> Followed:
+        ends = [to.placement((0.5, y, 0.3), rpy=(np.pi, 0.0, 0.0)) for y in (-0.1 - before, 0.1 + after)]
+        curve = to.follows_curve(TCP, polyline(ends), spin=(0, 0, 1))
+        return follow(to.Scene(panda()), curve, start="ready", group="panda_arm", options=options)
+
+    refused = followed(0.0, 0.0)
+    assert not refused.complete
+    ramps = re.search(r"its ramps take ([\d.]+) mm and ([\d.]+) mm: lengthen the way", refused.reason)
+    assert ramps is not None, refused.reason
+    assert followed(*(1e-3 * float(length) for length in ramps.groups())).complete

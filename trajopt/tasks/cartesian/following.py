@@ -22,6 +22,7 @@ from trajopt.planning.status import Status
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FollowsCurve
+from trajopt.problem.requirements.curves import CURVE_ROTATION
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.robot.configuration import ConfigurationLike
 from trajopt.scene.scene import Scene
@@ -180,14 +181,14 @@ class _Following:
             starts, refusal = self._starts()
         if refusal is not None:
             return self._nothing(refusal)
-        search = CurveSearch(self.problem, self.on_curve, self.rng)
-        with self.on_curve.stage("track"):
-            found = search.tracked(starts)
-        if found.stop is not None and self.on_curve.spare:
-            with self.on_curve.stage("look ahead"):
-                found = search.looking_ahead(starts, found)
-        if self.on_curve.spare:
-            found = search.as_program(found)
+        found = self._searched(starts)
+        if found.stop is not None and self.required.rotation_tolerance > CURVE_ROTATION:
+            upright, self.on_curve = self.on_curve, self.on_curve.tilting()
+            tilted = self._searched(starts)
+            if tilted.way.reached > found.way.reached:
+                found = tilted
+            else:
+                self.on_curve = upright
         if found.stop is not None and self.options.avoid is Avoid.DEVIATE:
             around = self._around(starts, found.stop)
             if around is not None:
@@ -195,6 +196,15 @@ class _Following:
         if found.stop is not None and found.way.reached < LEAST * self.required.until:
             return self._nothing(found.stop)
         return self._motion(found)
+
+    def _searched(self, starts: Floats) -> Found:
+        search = CurveSearch(self.problem, self.on_curve, self.rng)
+        with self.on_curve.stage("track"):
+            found = search.tracked(starts)
+        if found.stop is not None and self.on_curve.spare:
+            with self.on_curve.stage("look ahead"):
+                found = search.looking_ahead(starts, found)
+        return search.as_program(found) if self.on_curve.spare else found
 
     def _starts(self) -> tuple[Floats, StopReason | None]:
         reduced, on_curve = self.problem.reduced, self.on_curve

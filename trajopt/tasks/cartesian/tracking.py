@@ -25,6 +25,8 @@ LONGEST = 0.3
 """Longest step of any joint [rad | m]."""
 SINGULAR = 1e-3
 """Singular values below this share of the largest are damped [-]."""
+TILTED = 0.7
+"""Share of the tolerance of rotation that a tilt may use: the rest is for chords and rounded corners."""
 LEAST_TURN_LENGTH = 0.01
 """Smallest length of a radian: rows of rotations below `SINGULAR` would be damped [m/rad]."""
 DISTANCE_ROW = 3
@@ -52,6 +54,7 @@ class OnCurve:
     """Moves configurations to points of a curve with least joint motion.
 
     Attributes:
+        tilt: Angle from the orientation of the curve that does not count as an error [rad].
         tracker: Ends the work when the budget is used up; unlimited if None.
     """
 
@@ -61,14 +64,22 @@ class OnCurve:
         required: FollowsCurve,
         query: Evaluator,
         tracker: BudgetTracker | None = None,
+        tilt: float = 0.0,
     ) -> None:
         self.reduced, self.required, self.query = reduced, required, query
         self.tracker = tracker or BudgetTracker(Budget())
+        self.tilt = tilt
         self.limits = reduced.limits
         self._term = CurveError(reduced, required)
 
     def along(self, required: FollowsCurve, reduced: ReducedModel | None = None) -> "OnCurve":
-        return OnCurve(reduced or self.reduced, required, self.query, self.tracker)
+        return OnCurve(reduced or self.reduced, required, self.query, self.tracker, self.tilt)
+
+    def tilting(self) -> "OnCurve":
+        """Return the curve with most of its tolerance of rotation as a freedom."""
+        return OnCurve(
+            self.reduced, self.required, self.query, self.tracker, TILTED * self.required.rotation_tolerance
+        )
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:
@@ -111,6 +122,14 @@ class OnCurve:
         """Return errors at lengths along the curve (S,): (S, rows) [m], and Jacobians (S, rows, n)."""
         value, jacobian = self._term.errors(Motion.each(positions, self.query), s)
         value, jacobian = (np.delete(each, DISTANCE_ROW, axis=1) for each in (value, jacobian))
+        if self.tilt > 0.0 and self.rows > 3:
+            # Only the angle counts, and only what is beyond the cone.
+            angle = np.linalg.norm(value[:, 3:], axis=1)
+            beyond = np.maximum(angle - self.tilt, 0.0)
+            outward = value[:, 3:] / np.maximum(angle, 1e-12)[:, None]
+            by_angle = np.einsum("sr,srj->sj", outward, jacobian[:, 3:]) * (beyond > 0.0)[:, None]
+            value[:, 3:] = beyond[:, None] * outward
+            jacobian[:, 3:] = outward[:, :, None] * by_angle[:, None]
         value[:, 3:] *= self.turn_length
         jacobian[:, 3:] *= self.turn_length
         return value, jacobian

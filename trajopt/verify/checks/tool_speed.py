@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.problem.tool_speed import ToolSpeed
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, Ints
+from trajopt.values.printed import in_length
 from trajopt.values.trajectory import Interpolation
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.quantities import Component, When, requirement_check
@@ -60,6 +61,7 @@ def _steadiness(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed) -
         proof = prove_over_time(motion, slow)
         evidence = Evidence.PROVEN if proof.evidence is Evidence.PROVEN else Evidence.SAMPLED
         when = proof.time if proof.evidence is Evidence.SAMPLED else when
+    remedy = "" if share >= STEADY_SHARE else _remedy(speeds, steady, float(times[1]))
     value = float(np.linalg.norm(moving.speeds(np.array((when,)))[0]))
     return Check(
         kind=CheckKind.TOOL_SPEED,
@@ -72,7 +74,22 @@ def _steadiness(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed) -
         slack=value - floor,
         evidence=evidence,
         holds=value >= floor and share >= STEADY_SHARE,
-        detail=f"at least {value:.4g} m/s over {share:.0%} of the way, {floor:.4g} m/s are required",
+        detail=f"at least {value:.4g} m/s over {share:.0%} of the way, {floor:.4g} m/s are required{remedy}",
+    )
+
+
+def _remedy(speeds: Floats, steady: Ints, step: float) -> str:
+    """Return how to make a speed steady that is no more than two ramps.
+
+    Args:
+        speeds: At equal steps of time [s], shape (s,) [m/s].
+        steady: Indices of those that are high enough.
+    """
+    if not len(steady):
+        return f"; at most {float(speeds.max()):.4g} m/s are reached: lower the speed, or lengthen the way"
+    ramps = (in_length(step * float(part.sum())) for part in (speeds[: steady[0]], speeds[steady[-1] + 1 :]))
+    return (
+        f"; its ramps take {' and '.join(ramps)}: lengthen the way by as much at its ends, or lower the speed"
     )
 
 

@@ -123,7 +123,9 @@ class ModifyPlanningScene(Stage):
     def attachObjects(self, names: Any, attach_link: str, attach: bool = True) -> None:
         for name in _several(names):
             change = (
-                ours.AttachObject(name, attach_link, (attach_link,)) if attach else ours.DetachObject(name)
+                ours.AttachObject(name, attach_link, (attach_link,), within=np.inf)
+                if attach
+                else ours.DetachObject(name)
             )
             self._changes.append(change)
 
