@@ -1,5 +1,7 @@
 """Generated grasps: the pads are where they must be, by geometry worked out apart."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,13 @@ def test_pads_meet_the_shape_at_the_stated_width(panda: to.Robot, gripper: Gripp
         over = extent(shape, -approach) + middle @ approach
         assert 0.0 < over <= 0.03 + 1e-9
         np.testing.assert_allclose(np.cross(approach, middle), 0.0, atol=1e-12)
+
+
+def test_a_weak_gripper_presses_with_its_largest_force(panda: to.Robot, gripper: Gripper) -> None:
+    box = to.Box(0.04, 0.05, 0.12)
+    for largest, expected in ((20.0, 20.0), (gripper.force, 30.0)):
+        weak = replace(gripper, force=largest)
+        assert {grasp.force for grasp in grasps(panda, weak, box)} == {expected}
 
 
 def test_from_above_comes_first(panda: to.Robot, gripper: Gripper) -> None:

@@ -99,7 +99,7 @@ def test_a_motor_of_the_default_force_of_a_grasp_is_enough(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("name", ["ur5", "xarm7"])
 def test_reports_a_robot_without_gripper(name: str) -> None:
-    with pytest.raises(GripperError, match=f"{name}.* has no gripper.*end_effector.*Gripper"):
+    with pytest.raises(GripperError, match=f"gripper of robot '{name}' is not known.*end_effector.*Gripper"):
         gripper_of(to.load(name))
 
 
@@ -116,6 +116,19 @@ def test_a_tool_frame_at_the_link_of_the_end_effector_gives_no_approach(tmp_path
     robot = jaw(tmp_path)
     with pytest.raises(GripperError, match=r"'(\w+)' is at '\1'.* no direction; name a frame"):
         gripper_of(robot, tool=next(iter(robot.end_effectors.values())).parent_link)
+
+
+def test_a_finger_is_not_the_tool(tmp_path: Path) -> None:
+    """Without a frame between the pads the farthest link on the last joint of the arm is a finger."""
+    jaw(tmp_path)
+    urdf, srdf = tmp_path / "jaw.urdf", tmp_path / "jaw.srdf"
+    raised = urdf.read_text().replace('<axis xyz="0 1', '<origin xyz="0 0 0.09"/><axis xyz="0 1')
+    urdf.write_text(raised)
+    srdf.write_text(srdf.read_text().replace('tip_link="tip"', 'tip_link="hand"'))
+    robot = to.Robot.from_urdf(urdf, srdf=srdf)
+    with pytest.raises(GripperError, match=r"'finger0', is a finger; name a frame between the pads \(tool="):
+        gripper_of(robot)
+    assert gripper_of(robot, tool="tip").tool == "tip"
 
 
 def test_three_fingers_are_not_a_parallel_gripper(tmp_path: Path) -> None:

@@ -261,14 +261,14 @@ FACES: tuple[Direction, ...] = tuple(
 
 
 def grasps_of(
-    scene: Scene, name: str, gripper: Gripper, *, force: float = FORCE, reach: float = REACH
+    scene: Scene, name: str, gripper: Gripper, *, force: float | None = None, reach: float = REACH
 ) -> tuple[Grasp, ...]:
     """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
 
     Each occurs twice, the second time turned by half a turn. Grasps wider than the gripper are left out.
 
     Args:
-        force: Of each finger [N].
+        force: Of each finger [N]; 30 N, or the gripper's largest if that is less, if None.
         reach: Largest overlap of the pads' centres with the object [m].
 
     Raises:
@@ -276,7 +276,7 @@ def grasps_of(
         ModelError: If it has another shape, or several.
     """
     one_of("gripper", gripper, Gripper)
-    positive("force", force)
+    each_finger = min(FORCE, gripper.force) if force is None else positive("force", force)
     positive("reach", reach)
     item = one_of("scene", scene, Scene).object(one_of("name", name, str))
     if len(item.parts) != 1:
@@ -294,7 +294,7 @@ def grasps_of(
                     placement=held,
                     width=width,
                     opening=min(width + 2.0 * SPARE, gripper.widest),
-                    force=force,
+                    force=each_finger,
                     name=label + (", turned" if turned else ""),
                 )
             )

@@ -198,6 +198,11 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
     fingers = _fingers(reduced)
     parted = _parted(reduced, fingers)
     frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
+    if tool is None and frame in fingers:
+        reason = (
+            f"the last frame of its arm, {shown(frame)}, is a finger; name a frame between the pads (tool=)"
+        )
+        raise GripperError(robot.name, reason)
     at = scene.placement_of(frame, standing)
     closing = at.rotation.T @ parted.direction
     base = scene.placement_of(effector.parent_link, standing)

@@ -231,8 +231,8 @@ class GripperError(ModelError):
     def __init__(self, robot: str, reason: str) -> None:
         self.robot, self.reason = robot, reason
         super().__init__(
-            f"robot {shown(robot)} has no gripper to grasp with: {reason}; "
-            "describe one with trajopt.tasks.grasping.Gripper(...)"
+            f"the gripper of robot {shown(robot)} is not known: {reason}; "
+            "or describe it with trajopt.tasks.grasping.Gripper(...)"
         )
 
 
