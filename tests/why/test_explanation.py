@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,3 +133,25 @@ def test_a_goal_set_is_explained_by_its_first_goal(pillar: to.Scene) -> None:
     assert str(found).startswith(result.reason)
     assert set(result.alternatives) == {"inside", "beyond"}
     assert "'inside'" in found.grounds and "pillar" in found.blocks[0].subjects
+
+
+OVERLAPPING = (
+    '<robot name="stump">'
+    '<link name="base"><collision><geometry><box size="0.2 0.2 0.4"/></geometry></collision></link>'
+    '<link name="arm"/>'
+    '<link name="hand"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
+    '<joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>'
+    '<limit lower="-3" upper="3" effort="9" velocity="2"/></joint>'
+    '<joint name="nod" type="revolute"><parent link="arm"/><child link="hand"/><axis xyz="0 1 0"/>'
+    '<limit lower="-3" upper="3" effort="9" velocity="2"/></joint></robot>'
+)
+
+
+def test_links_that_overlap_lead_to_the_assistant_of_srdf(tmp_path: Path) -> None:
+    (tmp_path / "stump.urdf").write_text(OVERLAPPING)
+    scene = to.Scene(to.load(tmp_path / "stump.urdf"))
+    zero, one = ({"turn": angle, "nod": 0.0} for angle in (0.0, 1.0))
+    (group,) = scene.robot.groups
+    refused = to.plan(to.Problem(scene=scene, group=group, start=zero, goal=one))
+    assert refused.status is to.Status.START_IN_COLLISION
+    assert "`trajopt srdf` finds such pairs" in str(refused.explain())

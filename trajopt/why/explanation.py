@@ -83,6 +83,10 @@ class Explanation(OutcomeSummary):
             lines += [f"  {block.words}" for block in self.blocks[:NAMED]]
             if len(self.blocks) > NAMED:
                 lines.append(f"  and {len(self.blocks) - NAMED} more")
+        if self.status is Status.START_IN_COLLISION and any(map(self._of_links, self.blocks)):
+            lines.append(
+                "If the links overlap everywhere, disable the pair: `trajopt srdf` finds such pairs."
+            )
         if self.nearest_free is not None:
             lines.append(self._nearest(self.nearest_free))
         if self.remedies is not None and not self.remedies:
@@ -94,6 +98,10 @@ class Explanation(OutcomeSummary):
             lines.append("What the active constraints cost, which would be saved if one gave way by a unit:")
             lines += [f"  {price}" for price in self.prices]
         return "\n".join(lines)
+
+    def _of_links(self, block: Obstruction) -> bool:
+        links = self.problem.scene.robot.links
+        return block.kind is ObstructionKind.CONTACT and all(owner in links for owner in block.subjects)
 
     def _nearest(self, free: NearestFree) -> str:
         problem, joints = self.problem, self.problem.reduced.joint_names
