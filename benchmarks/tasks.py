@@ -5,9 +5,11 @@ python -m benchmarks.tasks [--holes 245] [--parts 20] [--page FILE]
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,6 +23,12 @@ from trajopt.tasks.tour import Tours
 from trajopt.timing.time_scaling import travel_time
 from trajopt.values.arrays import Floats, Ints
 
+State: TypeAlias = str | Mapping[str, float]
+UR5E = Path(str(files("compas_robots"))) / "data" / "ur_description" / "urdf" / "ur5e.urdf"
+UPRIGHT = {
+    "shoulder_pan_joint": 0.0, "shoulder_lift_joint": -np.pi / 2, "elbow_joint": 0.0,
+    "wrist_1_joint": -np.pi / 2, "wrist_2_joint": 0.0, "wrist_3_joint": 0.0,
+}  # fmt: skip
 REST = 1e-3
 """Rest at each hole [s]."""
 POSTURES = 12
@@ -54,12 +62,12 @@ class Plate:
 
     scene: to.Scene
     group: str
-    home: str
+    home: State
     points: Floats
     goals: tuple[to.Requirement, ...]
 
     @staticmethod
-    def of(name: str, group: str, home: str, tool: str, count: int) -> "Plate":
+    def of(name: str, group: str, home: State, tool: str, count: int) -> "Plate":
         """Draw holes, the same for each robot."""
         where = to.placement((0.5, 0.0, 0.3))
         scene = to.Scene(to.load(name)).add("plate", to.Box(0.4, 0.5, 0.02), where)
@@ -161,12 +169,13 @@ def plates(count: int) -> str:
     for robot in (
         ("panda", "panda_arm", "ready", "panda_hand_tcp"),
         ("ur5", "manipulator", "up", "tool0"),
+        (str(UR5E), "all", UPRIGHT, "tool0"),
     ):
         plate = Plate.of(*robot, count)
         ours = plate.ours(0.0)
         simple = plate.single_plans(), plate.nearest_neighbour(), plate.robo_tsp(REST), plate.robo_tsp(0.0)
         for row in (*simple, plate.ours(REST), ours):
-            rows.append((robot[0], *row.cells(ours.cycle)))
+            rows.append((Path(robot[0]).stem, *row.cells(ours.cycle)))
             print(*rows[-1], sep=" | ", flush=True)
     return table(("robot", "rule", "cycle time [s]", "last / this", "CPU [s]"), rows)
 
