@@ -1,9 +1,7 @@
-"""Transcription with free breaks: the shape of a motion through waypoints, and when it passes each of them.
+"""Transcription with free breaks: a cubic spline in time through waypoints, each piece with its own duration.
 
-A cubic spline in time whose pieces last as long as they may. The last column of the control points has the
-logarithms of the pieces' durations, that of piece j beside control point j + 1. Positions and derivatives in
-piece j depend on control points j to j + 3 and on the durations of pieces j - 2 to j + 2, so all rows stay
-near the diagonal.
+The last column of the control points has the logarithms of durations, of piece j at control point j + 1.
+Piece j depends on control points j to j + 3 and the durations of pieces j - 2 to j + 2: all rows are banded.
 """
 
 from dataclasses import dataclass, replace
@@ -36,24 +34,22 @@ Number = TypeVar("Number", np.float64, np.complex128)
 
 DEGREE = 3
 NEAR = 5
-"""Number of control points, and of pieces, on which a place depends."""
+"""Number of control points and durations on which a place depends."""
 LEAST_PIECES = 3
-"""Pieces of a short leg between two waypoints: fewer can neither turn nor keep their speed."""
+"""Least pieces between two waypoints."""
 STEP = 1e-30
 """Imaginary step of derivatives, which are exact (Squire and Trapp, SIAM Review, 1998)."""
 LISTED = 0.3
-"""Share of a limit from which there is a row: a step changes it by less than the rest."""
+"""Share of a limit from which it has a row."""
 HELD = 3.0
-"""Weight of the problem's requirements relative to the limits: what misses a limit ends up slower, but a
-missed waypoint has no remedy.
-"""
+"""Weight of requirements relative to limits: a slower motion keeps a limit, but reaches no waypoint."""
 STRETCH = 5.0
-"""Most by which a piece may last longer or shorter than in the seed, as a factor."""
+"""Largest ratio of a piece's duration to that of the seed, and of the seed's to it."""
 
 
 @dataclass(frozen=True, eq=False)
 class MotionOnBreaks(Motion):
-    """Samples of a spline whose breaks move: they depend on the durations of pieces too.
+    """Samples of a spline whose breaks move.
 
     Attributes:
         slopes: Derivatives of each sample's positions by the last column of its support, shape (S, k, n).
@@ -73,7 +69,7 @@ class MotionOnBreaks(Motion):
 
 
 @dataclass(frozen=True, eq=False)
-class Local:
+class SplineValues:
     """Positions or derivatives at some places of the spline.
 
     Attributes:
@@ -96,7 +92,7 @@ class FreeBreaksNlp(MotionNlp):
     Attributes:
         places: Of the breaks, in knots of a polyline, shape (m + 1,).
         reference: Unit of the durations [s].
-        unit: Unit of the rows of the problem, so that they weigh as much as those of the limits [rad | m].
+        unit: Unit of the problem's rows [rad | m].
     """
 
     places: Floats
@@ -111,7 +107,7 @@ class FreeBreaksNlp(MotionNlp):
         """Return the program, and a seed that rests at each waypoint of a path (N, n).
 
         Args:
-            least: Fewest pieces of all legs together; a leg has as many as it lasts.
+            least: Fewest pieces of all legs together.
         """
         from scipy.interpolate import make_interp_spline
 
@@ -163,7 +159,7 @@ class FreeBreaksNlp(MotionNlp):
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
         motion = self.motion(x, sampling)
-        # The duration takes the place of costs that make a path without time short and smooth.
+        # The duration replaces the costs of length and smoothness.
         costs = [
             self.cost_rows(cost, motion)
             for cost in self.problem.costs or ()
@@ -213,7 +209,7 @@ class FreeBreaksNlp(MotionNlp):
         piece = np.minimum(np.arange(last + 2), last)
         return piece, np.where(np.arange(last + 2) > last, 1.0, 0.0)
 
-    def _local(self, x: Floats, piece: Ints, share: Floats, *, order: int) -> Local:
+    def _local(self, x: Floats, piece: Ints, share: Floats, *, order: int) -> SplineValues:
         """Return positions or derivatives by time at shares of pieces, each of shape (s,)."""
         near = np.pad(self._seconds(x), 2)[piece[:, None] + np.arange(NEAR)]
         first = np.maximum(piece - 1, 0)
@@ -229,10 +225,10 @@ class FreeBreaksNlp(MotionNlp):
             slope = np.einsum("sk,skn->sn", _weights(moved, share, order).imag / STEP, control)
             inside = np.flatnonzero(near[:, column] > 0.0)
             slopes[inside, (piece - first - 1 + column)[inside]] = slope[inside]
-        return Local(support, weight, np.einsum("sk,skn->sn", own, control), slopes)
+        return SplineValues(support, weight, np.einsum("sk,skn->sn", own, control), slopes)
 
     def _limit(self, x: Floats, order: int) -> ConstraintRows:
-        """Rows of a derivative as shares of its limits, where it is largest."""
+        """Return rows of a derivative, as shares of its limits, at its largest values."""
         problem, count = self.problem, len(self.places) - 1
         limits, pieces = problem.limits, np.arange(count)
         limit = (limits.velocity, limits.acceleration, limits.jerk)[order - 1]
@@ -306,7 +302,7 @@ def _weights(near: NDArray[Number], share: Floats, order: int) -> NDArray[Number
 
 
 def _duration(x: Floats, pieces: int) -> CostRows:
-    """The durations of all pieces, in units of the reference."""
+    """Return the durations, in units of the reference."""
     inner = np.arange(1, 1 + pieces)
     value = np.exp(x[inner, -1])
     jacobian = np.zeros((pieces, 1, x.shape[1]))
@@ -328,5 +324,5 @@ def _scaled(block: ConstraintRows, unit: float) -> ConstraintRows:
 
 
 def _beside(rows: Rows, x: Floats) -> Rows:
-    """Return rows with a column of durations, which those of control points alone do not have."""
+    """Return rows with a column of durations."""
     return rows if rows.jacobian.shape[2] == x.shape[1] else widened(rows)
