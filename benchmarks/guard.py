@@ -4,7 +4,8 @@ python -m benchmarks.guard [--episodes 1008] [--seed 0] [--page FILE]
 
 In each episode one of six policies drives one of three robots for 3 s among 10 to 20 random obstacles, of
 which in every second episode three move. Every 0.5 s the policy emits 50 actions at 50 Hz. The driven motion
-is examined every 2 ms by Coal, pair by pair, apart from guard and judge. A contact counts if the robot moves.
+is examined every 2 ms by Coal, pair by pair, apart from guard and judge; MuJoCo also simulates the one behind
+the guard. A contact counts if the robot moves.
 The guard drives each episode twice; the lesser CPU time of each decision counts.
 The two other guards drive the straight line from action to action: the clamp limits each step to the largest
 velocities; the check of waypoints holds the last clear one instead of an action that is in collision.
@@ -34,11 +35,14 @@ ROBOTS = {"panda": ("panda_arm", "ready"), "ur5": ("manipulator", "up"), "xarm7"
 """Robots with the group that the policy moves, and the state from which it starts."""
 RATE, CHUNK, EPISODE, REPLY = 50.0, 50, 3.0, 0.5
 """Actions per second, actions of a chunk, duration of an episode, and time from chunk to chunk [s]."""
+SLOWEST = 1e-6
+"""Largest speed of a robot at rest [rad/s]."""
 CYCLE, SAMPLE, COARSE = 0.02, 2e-3, 5e-3
 """Control cycle, and samples of driven motions and of chunks that may be safe [s]."""
 REPLIES = round(REPLY * RATE)
 GOALS = 5
 """Random goals that are tried by the planned policy, which rests if there is a plan to none."""
+SIMULATED = "guard, in MuJoCo"
 PASSED = 1e-3
 """Largest deviation of the commanded positions from an action that was passed [rad]."""
 NOISE, FAST = 2e-3, 1.5
@@ -268,12 +272,12 @@ def is_safe(cell: Cell, state: Floats, time: float, actions: Floats) -> bool:
     return not cell.touching(fine, time + times).any()
 
 
-def guarded(cell: Cell, policy: Policy, tally: Tally) -> tuple[Floats, Floats]:
-    """Drive an episode behind the guard; return the driven positions and when, if the robot moved."""
+def guarded(cell: Cell, policy: Policy, tally: Tally) -> to.Trajectory:
+    """Drive an episode behind the guard, and return the driven motion."""
     arm = IdealExecutor(cell.reduced.joint_names, cell.start)
     guard = Guard(cell.scene, cell.group, arm)
     due = list[tuple[float, Floats, bool]]()
-    rows, times, speeds = list[Floats](), list[float](), list[float]()
+    states, times = list[Floats](), list[float]()
     for cycle in range(round(EPISODE / CYCLE)):
         if cycle % round(REPLY / CYCLE) == 0:
             actions, age = policy(arm.state().positions, arm.now())
@@ -286,10 +290,8 @@ def guarded(cell: Cell, policy: Policy, tally: Tally) -> tuple[Floats, Floats]:
                 due += ((arm.now() + ahead, action, kept) for ahead, action in soon)
         guard.tick()
         for _ in range(round(CYCLE / SAMPLE)):
-            state = guard.committed(arm.now())
-            rows.append(state[0])
+            states.append(guard.committed(arm.now()))
             times.append(arm.now())
-            speeds.append(float(np.abs(state[1]).max()))
             while due and due[0][0] <= arm.now() + 1e-9:
                 at, action, kept = due.pop(0)
                 passed = bool(np.abs(guard.committed(at)[0] - action).max() <= PASSED)
@@ -298,8 +300,27 @@ def guarded(cell: Cell, policy: Policy, tally: Tally) -> tuple[Floats, Floats]:
                 tally.safe += kept
                 tally.safe_passed += kept and passed
             arm.advance(SAMPLE)
-    moves = np.array(speeds) > 1e-6
-    return np.array(rows)[moves], np.array(times)[moves]
+    orders = np.array(states)[:, :3].swapaxes(0, 1)
+    return to.Trajectory(cell.reduced.joint_names, np.array(times) - times[0], *orders)
+
+
+def touches(cell: Cell, driven: to.Trajectory) -> bool:
+    """Return whether the robot touches something while it moves."""
+    moves = np.abs(driven(driven.times, 1)).max(axis=1) > SLOWEST
+    return bool(cell.touching(driven.positions[moves], driven.times[moves]).any())
+
+
+def touches_in_simulation(cell: Cell, driven: to.Trajectory) -> bool:
+    """Return whether the first contact with an object in MuJoCo begins while the robot moves.
+
+    An object that ran into the robot at rest stays in contact when the robot goes on.
+    """
+    begun = defaultdict[frozenset[str], float](lambda: np.inf)
+    for each in to.simulate(cell.reduced, driven).collisions:
+        things = frozenset(each.pair) - set(cell.scene.robot.links)
+        begun[things] = min(begun[things], each.start)
+    within = [time for time in begun.values() if time <= driven.duration]
+    return any(float(np.abs(driven(time, 1)).max()) > SLOWEST for time in within)
 
 
 def clamped(cell: Cell, here: Floats, action: Floats, time: float) -> Floats:
@@ -350,7 +371,9 @@ def episode(number: int, seed: int, tallies: dict[str, Tally]) -> None:
         return POLICIES[kind](cell, np.random.default_rng((seed, number, 1)))
 
     begun, again = len(tally.seconds), Tally()
-    tally.contacts["guard"] += bool(cell.touching(*guarded(cell, policy(), tally)).any())
+    driven = guarded(cell, policy(), tally)
+    tally.contacts["guard"] += touches(cell, driven)
+    tally.contacts[SIMULATED] += touches_in_simulation(cell, driven)
     guarded(cell, policy(), again)
     for place, (_, seconds) in enumerate(again.seconds, begun):
         outcome, first = tally.seconds[place]
@@ -365,6 +388,7 @@ def section(tallies: dict[str, Tally]) -> str:
         "policy, obstacles",
         "episodes",
         "with a contact: guard",
+        SIMULATED,
         *OTHERS,
         "actions passed",
         "of safe chunks",
@@ -373,7 +397,7 @@ def section(tallies: dict[str, Tally]) -> str:
     rows = list[tuple[str, ...]]()
     for name, tally in tallies.items():
         outcomes = ", ".join(f"{count} {outcome}" for outcome, count in tally.outcomes.most_common())
-        touched = (str(tally.contacts[each]) for each in ("guard", *OTHERS))
+        touched = (str(tally.contacts[each]) for each in ("guard", SIMULATED, *OTHERS))
         shares = _share(tally.passed, tally.actions), _share(tally.safe_passed, tally.safe)
         rows.append((name, str(tally.episodes), *touched, *shares, outcomes.lower()))
     return f"{table(head, rows)}\n\n{_cpu(tallies)}"
