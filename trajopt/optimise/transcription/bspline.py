@@ -6,14 +6,18 @@ A spline lies within the hull of its control points, so bounds on these keep joi
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trajopt.optimise.transcription.compilable import CompilableMotionNlp
 from trajopt.optimise.transcription.knots import KnotsNlp, swept_samples
 from trajopt.problem.motion import Motion
 from trajopt.values.arrays import Floats, Ints, readonly
 from trajopt.values.trajectory import Path, Trajectory
+
+Number = TypeVar("Number", np.float64, np.complex128)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,29 +115,39 @@ class SplineBasis:
         return Stencils(support, np.take_along_axis(matrix, support, axis=1))
 
     def derivative_at(self, parameters: Floats, order: int) -> Stencils:
-        """Return weights of the control points in a derivative at parameters in [0, 1], shape (s,).
-
-        By the recursion over degrees: up to the degree less the order shares of neighbouring pieces are
-        summed, above differences are taken.
-        """
+        """Return weights of the control points in a derivative at parameters in [0, 1], shape (s,)."""
         piece = np.clip(np.searchsorted(self.breaks, parameters, side="right") - 1, 0, len(self.breaks) - 2)
-        weight = np.zeros((len(parameters), self.degree + 1))
-        weight[:, 0] = 1.0
-        place = parameters[:, None]
-        for degree in range(1, self.degree + 1):
-            ends = piece[:, None] + self.degree + np.arange(1, degree + 1)
-            after, before = self.knots[ends], self.knots[ends - degree]
-            lower = weight[:, :degree].copy()
-            weight[:, :degree] = 0.0
-            if degree <= self.degree - order:
-                share = lower / (after - before)
-                weight[:, 1 : degree + 1] = share * (place - before)
-                weight[:, :degree] += share * (after - place)
-            else:
-                share = degree * lower / (after - before)
-                weight[:, 1 : degree + 1] = share
-                weight[:, :degree] -= share
+        near = self.knots[piece[:, None] + np.arange(1, 2 * self.degree + 1)]
+        weight = basis_weights(parameters[:, None], near, order)
         return Stencils(piece[:, None] + np.arange(self.degree + 1), weight)
+
+
+def basis_weights(place: NDArray[np.number], knots: NDArray[Number], order: int) -> NDArray[Number]:
+    """Return the weights of control points in a derivative of a B-spline, shape (s, degree + 1).
+
+    By the recursion over degrees: up to the degree less the order shares of neighbouring pieces are summed,
+    above differences are taken (de Boor, A Practical Guide to Splines, 2001, chapter X).
+
+    Args:
+        place: Shape (s, 1).
+        knots: Around each place, which is between the two in the middle, shape (s, 2 degree).
+    """
+    whole = knots.shape[1] // 2
+    weight = np.zeros((len(knots), whole + 1), dtype=knots.dtype)
+    weight[:, 0] = 1.0
+    for degree in range(1, whole + 1):
+        after, before = knots[:, whole : whole + degree], knots[:, whole - degree : whole]
+        lower = weight[:, :degree].copy()
+        weight[:, :degree] = 0.0
+        if degree <= whole - order:
+            share = lower / (after - before)
+            weight[:, 1 : degree + 1] = share * (place - before)
+            weight[:, :degree] += share * (after - place)
+        else:
+            share = degree * lower / (after - before)
+            weight[:, 1 : degree + 1] = share
+            weight[:, :degree] -= share
+    return weight
 
 
 @lru_cache(maxsize=8)

@@ -5,14 +5,13 @@ Piece j depends on control points j to j + 3 and the durations of pieces j - 2 t
 """
 
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.geometry.dynamics import DynamicsQuery
 from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
-from trajopt.optimise.transcription.bspline import COARSE_SAMPLES
+from trajopt.optimise.transcription.bspline import COARSE_SAMPLES, Number, basis_weights
 from trajopt.optimise.transcription.free_duration import (
     RESTING,
     SHORTEST,
@@ -29,8 +28,6 @@ from trajopt.problem.smoothness import Acceleration, Jerk, Velocity
 from trajopt.timing.time_scaling import travel_time
 from trajopt.values.arrays import Bools, Floats, Ints, Loss, Rows, readonly
 from trajopt.values.trajectory import Trajectory
-
-Number = TypeVar("Number", np.float64, np.complex128)
 
 DEGREE = 3
 NEAR = 5
@@ -277,28 +274,13 @@ class FreeBreaksNlp(MotionNlp):
 
 
 def _weights(near: NDArray[Number], share: Floats, order: int) -> NDArray[Number]:
-    """Return the weights of control points in a derivative, shape (s, 4), as `SplineBasis.derivative_at`.
+    """Return the weights of control points in a derivative, shape (s, 4).
 
     Args:
         near: Durations of the pieces around each place, which is in the middle one, shape (s, 5).
     """
     knots = np.cumsum(np.pad(near, ((0, 0), (1, 0))), axis=1)
-    place = knots[:, 2:3] + share[:, None] * near[:, 2:3]
-    weight = np.zeros((len(near), DEGREE + 1), dtype=near.dtype)
-    weight[:, 0] = 1.0
-    for degree in range(1, DEGREE + 1):
-        after, before = knots[:, 3 : 3 + degree], knots[:, 3 - degree : 3]
-        lower = weight[:, :degree].copy()
-        weight[:, :degree] = 0.0
-        if degree <= DEGREE - order:
-            part = lower / (after - before)
-            weight[:, 1 : degree + 1] = part * (place - before)
-            weight[:, :degree] += part * (after - place)
-        else:
-            part = degree * lower / (after - before)
-            weight[:, 1 : degree + 1] = part
-            weight[:, :degree] -= part
-    return weight
+    return basis_weights(knots[:, 2:3] + share[:, None] * near[:, 2:3], knots, order)
 
 
 def _duration(x: Floats, pieces: int) -> CostRows:

@@ -73,7 +73,7 @@ def torques(joints: list[StatedJoint], positions: Series, masses: Masses, inert:
         moved = (origin + lever).rate.rate.map(partial(mul, exactly(inert * mass)))
         push = moved.plus(exactly(-gravity) * exactly(mass))
         second = exactly(np.eye(3) / 2.0) * inertia[[0, 1, 2], [0, 1, 2]].sum() - inertia
-        spun = turn.map(partial(product, other=second)).times(_columns, turn.rate.rate)
+        spun = turn.map(partial(product, other=second)).times(_crossed_columns, turn.rate.rate)
         force[at], moment[at] = force[at] + push, moment[at] + spun + lever.times(cross, push)
     needed = [constant(exactly(0.0), terms)] * positions.terms[0].low.shape[1]
     for number in range(len(joints), 0, -1):
@@ -88,5 +88,5 @@ def torques(joints: list[StatedJoint], positions: Series, masses: Masses, inert:
     return needed
 
 
-def _columns(one: Interval, other: Interval) -> Interval:
+def _crossed_columns(one: Interval, other: Interval) -> Interval:
     return cross(one.transposed, other.transposed).transposed.sum()
