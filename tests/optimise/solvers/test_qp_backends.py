@@ -11,14 +11,13 @@ from trajopt.optimise.solvers.qp import (
     BACKENDS,
     GENERAL,
     NATIVE,
-    Checked,
     Qp,
     QpSolution,
     QpStatus,
+    checked,
     qp_backend,
 )
-from trajopt.values.arrays import Floats
-from trajopt.values.errors import MissingExtra, SolverError, SolverNotFound
+from trajopt.values.errors import MissingExtra, SolverNotFound
 
 
 def backend(name: str):
@@ -60,43 +59,35 @@ def reference(qp: Qp) -> float:
 @pytest.mark.parametrize("seed", range(4))
 def test_optimum(name: str, seed: int) -> None:
     qp = random_qp(seed)
-    solver = backend(name)
-    solver.setup(qp)
-    solution = solver.solve()
+    solution = checked(qp, backend(name).solve(qp))
     assert solution.status is QpStatus.SOLVED
     assert qp.violation(solution.x) < 1e-4
     assert qp.objective(solution.x) == pytest.approx(reference(qp), abs=2e-3)
 
 
 @pytest.mark.parametrize("name", NATIVE)
-def test_update_equals_fresh_setup(name: str) -> None:
-    first, second = random_qp(1), random_qp(2)
+def test_the_solver_of_an_earlier_program_finds_the_same(name: str) -> None:
+    first, second, smaller = random_qp(1), random_qp(2), random_qp(3, n=5, m=4)
     solver = backend(name)
-    solver.setup(first)
-    solver.solve()
     assert first.same_pattern(second)
-    solver.update(second)
-    fresh = backend(name)
-    fresh.setup(second)
-    assert second.objective(solver.solve().x) == pytest.approx(second.objective(fresh.solve().x), abs=1e-3)
+    assert not second.same_pattern(smaller)
+    for qp in (first, second, smaller, second):
+        fresh = backend(name).solve(qp)
+        assert qp.objective(solver.solve(qp).x) == pytest.approx(qp.objective(fresh.x), abs=1e-3)
 
 
 @pytest.mark.parametrize("name", ["piqp", "clarabel"])
 def test_multipliers_are_the_price_of_a_bound(name: str) -> None:
     one = csc_matrix(np.eye(1))
     qp = Qp(one, np.array([0.0]), one, np.array([2.0]), np.array([np.inf]), np.array([-9.0]), np.array([9.0]))
-    solver = backend(name)
-    solver.setup(qp)
-    assert solver.solve().row_multipliers == pytest.approx([-2.0], abs=1e-4)
+    assert backend(name).solve(qp).row_multipliers == pytest.approx([-2.0], abs=1e-4)
 
 
 @pytest.mark.parametrize("name", ["piqp", "osqp", "clarabel"])
 def test_an_infeasible_program_is_reported(name: str) -> None:
     one = csc_matrix(np.eye(1))
     qp = Qp(one, np.array([0.0]), one, np.array([2.0]), np.array([3.0]), np.array([-1.0]), np.array([1.0]))
-    solver = backend(name)
-    solver.setup(qp)
-    assert solver.solve().status is not QpStatus.SOLVED
+    assert checked(qp, backend(name).solve(qp)).status is not QpStatus.SOLVED
 
 
 def softened() -> Qp:
@@ -113,18 +104,11 @@ def softened() -> Qp:
 
 @pytest.mark.parametrize("name", BACKENDS)
 def test_semidefinite_programs(name: str) -> None:
-    qp, solver = softened(), backend(name)
-    solver.setup(qp)
-    solution = solver.solve()
+    qp = softened()
+    solution = checked(qp, backend(name).solve(qp))
     assert solution.status is QpStatus.SOLVED
     assert solution.x[0] == pytest.approx(1.0, abs=1e-3)
     assert solution.x[2] == pytest.approx(0.0, abs=1e-3)
-
-
-@pytest.mark.parametrize("name", NATIVE)
-def test_order_of_calls(name: str) -> None:
-    with pytest.raises(SolverError):
-        backend(name).solve()
 
 
 def test_unknown_backend_names_near_ones() -> None:
@@ -136,11 +120,7 @@ def test_unknown_backend_names_near_ones() -> None:
 @given(st.integers(0, 10_000))
 def test_piqp_against_proxqp(seed: int) -> None:
     qp = random_qp(seed)
-    values: list[float] = []
-    for name in ("piqp", "proxqp"):
-        solver = qp_backend(name)
-        solver.setup(qp)
-        values.append(qp.objective(solver.solve().x))
+    values = [qp.objective(qp_backend(name).solve(qp).x) for name in ("piqp", "proxqp")]
     assert values[0] == pytest.approx(values[1], abs=1e-4)
 
 
@@ -154,30 +134,13 @@ def test_a_missing_backend_names_the_package_to_install(monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_residual_is_zero_at_the_optimum_only(seed: int) -> None:
-    qp, solver = random_qp(seed), qp_backend("piqp")
-    solver.setup(qp)
-    best = solver.solve()
+    qp = random_qp(seed)
+    best = qp_backend("piqp").solve(qp)
     assert qp.residual(best.x, best.row_multipliers) < 1e-5
     rng = np.random.default_rng(seed)
     for _ in range(20):
         moved = best.x + 0.1 * rng.normal(size=len(best.x))
         assert qp.residual(moved, best.row_multipliers) > 1e-3
-
-
-class Liar:
-    """Says "solved" of whatever it is given."""
-
-    def __init__(self, x: Floats, multipliers: Floats) -> None:
-        self.solution = QpSolution(QpStatus.SOLVED, x, multipliers, 1)
-
-    def setup(self, qp: Qp) -> None:
-        pass
-
-    def update(self, qp: Qp) -> None:
-        pass
-
-    def solve(self) -> QpSolution:
-        return self.solution
 
 
 @pytest.mark.parametrize(
@@ -192,6 +155,5 @@ class Liar:
     ],
 )
 def test_success_is_not_taken_at_its_word(x: list[float], multiplier: float, status: QpStatus) -> None:
-    solver = Checked(Liar(np.array(x), np.array([multiplier])))
-    solver.setup(softened())
-    assert solver.solve().status is status
+    claimed = QpSolution(QpStatus.SOLVED, np.array(x), np.array([multiplier]), 1)
+    assert checked(softened(), claimed).status is status

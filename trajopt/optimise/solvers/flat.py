@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 
 from trajopt.optimise.nlp import Linearisation
-from trajopt.optimise.solvers.qp import Qp, QpBackend, QpSolution, QpStatus, qp_backend
+from trajopt.optimise.solvers.qp import Qp, QpBackend, QpSolution, QpStatus, checked, qp_backend
 from trajopt.optimise.solvers.subproblem import REGULARISATION, QpStep, softened_rows
 from trajopt.values.arrays import Bools, Floats, Ints, Loss, Rows
 from trajopt.values.errors import BackendFailed
@@ -120,11 +120,10 @@ def subproblem(moves: Bools, at: Linearisation, penalty: float) -> Subproblem:
 
 @dataclass(eq=False)
 class FlatSteps:
-    """Steps by a general backend; it may keep data that depend on the pattern only."""
+    """Steps by a general backend."""
 
     name: str
     _backend: QpBackend = field(init=False)
-    _taken: Qp | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         self._backend = qp_backend(self.name)
@@ -134,13 +133,7 @@ class FlatSteps:
 
     def solve(self, qp: Qp) -> QpSolution | None:
         try:
-            # After a rejected step only the bounds are new.
-            if self._taken is not None and qp.same_pattern(self._taken):
-                self._backend.update(qp)
-            else:
-                self._backend.setup(qp)
-            self._taken = qp
-            solution = self._backend.solve()
+            solution = checked(qp, self._backend.solve(qp))
         except BackendFailed:
             return None
         return None if solution.status is QpStatus.FAILED else solution

@@ -1,14 +1,13 @@
-"""The interface of all QP backends: setup once a pattern, update values, solve."""
+"""The interface of all QP backends."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from trajopt.values.arrays import Floats
-from trajopt.values.errors import SolverError
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
@@ -68,9 +67,9 @@ class Qp:
     lower: Floats
     upper: Floats
 
-    def same_pattern(self, other: "Qp") -> bool:
-        """Return whether the other has its non-zeros in the same places."""
-        return all(
+    def same_pattern(self, other: "Qp | None") -> bool:
+        """Return whether another program has its non-zeros in the same places."""
+        return other is not None and all(
             a.shape == b.shape and np.array_equal(a.indptr, b.indptr) and np.array_equal(a.indices, b.indices)
             for a, b in ((self.P, other.P), (self.A, other.A))
         )
@@ -128,47 +127,26 @@ class QpSolution:
 class QpBackend(Protocol):
     """A QP solver that may keep data that depend on the pattern only."""
 
-    def setup(self, qp: Qp) -> None:
-        """Take a program and analyse its pattern."""
-        ...
-
-    def update(self, qp: Qp) -> None:
-        """Take new values of a program with the same pattern."""
-        ...
-
-    def solve(self) -> QpSolution:
-        """Solve the program taken last."""
+    def solve(self, qp: Qp) -> QpSolution:
+        """Solve a program."""
         ...
 
 
-def finite(bound: Floats) -> Floats:
-    return np.clip(bound, -UNBOUNDED, UNBOUNDED)
+def stacked(qp: Qp) -> "tuple[csc_matrix, Floats, Floats]":
+    """Return the rows of a program with its bounds of variables below them, for backends without these."""
+    from scipy.sparse import eye, vstack
+
+    matrix = vstack((qp.A, eye(len(qp.q), format="csc")), format="csc")
+    lower, upper = np.concatenate((qp.l, qp.lower)), np.concatenate((qp.u, qp.upper))
+    return matrix, np.clip(lower, -UNBOUNDED, UNBOUNDED), np.clip(upper, -UNBOUNDED, UNBOUNDED)
 
 
-@dataclass(eq=False)
-class Checked:
-    """A backend whose answers are checked."""
-
-    backend: QpBackend
-    _qp: Qp | None = field(default=None, init=False, repr=False)
-
-    def setup(self, qp: Qp) -> None:
-        self.backend.setup(qp)
-        self._qp = qp
-
-    def update(self, qp: Qp) -> None:
-        self.backend.update(qp)
-        self._qp = qp
-
-    def solve(self) -> QpSolution:
-        if self._qp is None:
-            raise SolverError("solve before setup")
-        solution = self.backend.solve()
-        return replace(solution, status=judged(self._qp, solution))
+def checked(qp: Qp, solution: QpSolution) -> QpSolution:
+    """Return a solution with the status that it deserves, never better than its backend's."""
+    return replace(solution, status=_status(qp, solution))
 
 
-def judged(qp: Qp, solution: QpSolution) -> QpStatus:
-    """Return the status that a solution deserves, never better than its backend's."""
+def _status(qp: Qp, solution: QpSolution) -> QpStatus:
     if solution.status is QpStatus.FAILED or not np.isfinite(solution.x).all():
         return QpStatus.FAILED
     violation = qp.violation(solution.x)

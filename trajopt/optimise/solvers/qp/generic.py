@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import qpsolvers
@@ -10,7 +10,7 @@ from scipy.sparse import csc_matrix, eye, vstack
 
 from trajopt.optimise.solvers.qp.backend import BACKENDS, GENERAL, GPL, Qp, QpSolution, QpStatus
 from trajopt.values.arrays import Floats
-from trajopt.values.errors import BackendFailed, MissingExtra, SolverError, SolverNotFound, shown
+from trajopt.values.errors import BackendFailed, MissingExtra, SolverNotFound, shown
 
 OPTIONS: Mapping[str, Mapping[str, float]] = {
     "scs": {"eps_abs": 1e-6, "eps_rel": 1e-6},
@@ -27,9 +27,9 @@ PROXIMAL_TOLERANCE = 1e-5
 """It has converged when no variable moves farther."""
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
 class Generic:
-    """A backend of qpsolvers by name; rebuilt at every solve.
+    """A backend of qpsolvers by name.
 
     Raises:
         MissingExtra: If it is known and not installed.
@@ -37,7 +37,6 @@ class Generic:
     """
 
     solver: str
-    _qp: Qp | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.solver not in qpsolvers.available_solvers:
@@ -45,16 +44,8 @@ class Generic:
                 raise MissingExtra(GENERAL[self.solver], "qp-gpl" if self.solver in GPL else "qp")
             raise SolverNotFound("QP solver", self.solver, {*BACKENDS, *qpsolvers.available_solvers})
 
-    def setup(self, qp: Qp) -> None:
-        self._qp = qp
-
-    def update(self, qp: Qp) -> None:
-        self._qp = qp
-
-    def solve(self) -> QpSolution:
-        if self._qp is None:
-            raise SolverError("Generic.solve before setup")
-        return self._proximal(self._qp) if self.solver in STRICT else self._once(self._qp)
+    def solve(self, qp: Qp) -> QpSolution:
+        return self._proximal(qp) if self.solver in STRICT else self._once(qp)
 
     def _proximal(self, qp: Qp) -> QpSolution:
         """Iterate x+ = argmin f(x) + w/2 |x - x-|^2 (Rockafellar, SIAM J. Control 14, 1976)."""

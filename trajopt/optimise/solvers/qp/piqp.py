@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 import piqp
 
 from trajopt.optimise.solvers.qp.backend import Qp, QpSolution, QpStatus
-from trajopt.values.errors import SolverError
 
 
 @dataclass(eq=False)
@@ -14,27 +13,16 @@ class Piqp:
 
     tolerance: float = 1e-6
     max_iterations: int = 100
-    _solver: piqp.SparseSolver | None = field(default=None, init=False, repr=False)
+    _solver: piqp.SparseSolver = field(default_factory=piqp.SparseSolver, init=False, repr=False)
+    _taken: Qp | None = field(default=None, init=False, repr=False)
 
-    def setup(self, qp: Qp) -> None:
-        solver = piqp.SparseSolver()
-        solver.settings.eps_abs = self.tolerance
-        solver.settings.eps_rel = self.tolerance
-        solver.settings.max_iter = self.max_iterations
-        solver.settings.check_duality_gap = True
-        solver.settings.eps_duality_gap_abs = self.tolerance
-        solver.settings.eps_duality_gap_rel = self.tolerance
-        solver.setup(P=qp.P, c=qp.q, G=qp.A, h_l=qp.l, h_u=qp.u, x_l=qp.lower, x_u=qp.upper)
-        self._solver = solver
-
-    def update(self, qp: Qp) -> None:
-        if self._solver is None:
-            raise SolverError("Piqp.update before setup")
-        self._solver.update(P=qp.P, c=qp.q, G=qp.A, h_l=qp.l, h_u=qp.u, x_l=qp.lower, x_u=qp.upper)
-
-    def solve(self) -> QpSolution:
-        if self._solver is None:
-            raise SolverError("Piqp.solve before setup")
+    def solve(self, qp: Qp) -> QpSolution:
+        known = qp.same_pattern(self._taken)
+        if not known:
+            self._solver = self._fresh()
+        take = self._solver.update if known else self._solver.setup
+        take(P=qp.P, c=qp.q, G=qp.A, h_l=qp.l, h_u=qp.u, x_l=qp.lower, x_u=qp.upper)
+        self._taken = qp
         outcome = self._solver.solve()
         result = self._solver.result
         status = {
@@ -42,3 +30,12 @@ class Piqp:
             piqp.PIQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
         }.get(outcome, QpStatus.FAILED)
         return QpSolution(status, result.x.copy(), (result.z_u - result.z_l).copy(), result.info.iter)
+
+    def _fresh(self) -> piqp.SparseSolver:
+        solver = piqp.SparseSolver()
+        settings = solver.settings
+        settings.eps_abs = settings.eps_rel = self.tolerance
+        settings.max_iter = self.max_iterations
+        settings.check_duality_gap = True
+        settings.eps_duality_gap_abs = settings.eps_duality_gap_rel = self.tolerance
+        return solver

@@ -1,38 +1,37 @@
 """ProxQP: proximal augmented Lagrangian (Bambade et al., RSS 2022), its sparse and its dense backend."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-import numpy as np
 import proxsuite
-from scipy.sparse import csc_matrix, eye, vstack
+from scipy.sparse import csc_matrix
 
-from trajopt.optimise.solvers.qp.backend import Qp, QpSolution, QpStatus, finite
+from trajopt.optimise.solvers.qp.backend import Qp, QpSolution, QpStatus, stacked
 from trajopt.values.arrays import Floats
-from trajopt.values.errors import SolverError
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True)
 class Proxqp:
     """ProxQP on sparse matrices; bounds of variables become rows.
 
-    Every update starts afresh: warm starts with updated matrices report success at points that are not
+    Every solve starts afresh: warm starts with updated matrices report success at points that are not
     optimal (version 0.8.0).
     """
 
     tolerance: float = 1e-7
     max_iterations: int = 1_000
-    _solver: proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP | None = field(
-        default=None, init=False, repr=False
-    )
-    _rows: int = field(default=0, init=False, repr=False)
 
-    def setup(self, qp: Qp) -> None:
-        matrix = csc_matrix(vstack((qp.A, eye(len(qp.q), format="csc")), format="csc"))
-        lower = finite(np.concatenate((qp.l, qp.lower)))
-        upper = finite(np.concatenate((qp.u, qp.upper)))
-        self._solver, self._rows = self._taken(qp, matrix, lower, upper), qp.A.shape[0]
+    def solve(self, qp: Qp) -> QpSolution:
+        solver = self._of(qp, *stacked(qp))
+        solver.solve()
+        result = solver.results
+        codes = proxsuite.proxqp.QPSolverOutput
+        status = {
+            codes.PROXQP_SOLVED: QpStatus.SOLVED,
+            codes.PROXQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
+        }.get(result.info.status, QpStatus.FAILED)
+        return QpSolution(status, result.x.copy(), result.z[: len(qp.l)].copy(), int(result.info.iter))
 
-    def _taken(
+    def _of(
         self, qp: Qp, matrix: csc_matrix, lower: Floats, upper: Floats
     ) -> proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP:
         solver = proxsuite.proxqp.sparse.QP(len(qp.q), 0, matrix.shape[0])
@@ -51,27 +50,12 @@ class Proxqp:
         settings.eps_duality_gap_abs = self.tolerance
         settings.eps_duality_gap_rel = 0.0
 
-    def update(self, qp: Qp) -> None:
-        self.setup(qp)
 
-    def solve(self) -> QpSolution:
-        if self._solver is None:
-            raise SolverError("Proxqp.solve before setup")
-        self._solver.solve()
-        result = self._solver.results
-        codes = proxsuite.proxqp.QPSolverOutput
-        status = {
-            codes.PROXQP_SOLVED: QpStatus.SOLVED,
-            codes.PROXQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
-        }.get(result.info.status, QpStatus.FAILED)
-        return QpSolution(status, result.x.copy(), result.z[: self._rows].copy(), int(result.info.iter))
-
-
-@dataclass(eq=False)
+@dataclass(frozen=True)
 class DenseProxqp(Proxqp):
     """ProxQP on dense matrices."""
 
-    def _taken(
+    def _of(
         self, qp: Qp, matrix: csc_matrix, lower: Floats, upper: Floats
     ) -> proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP:
         solver = proxsuite.proxqp.dense.QP(len(qp.q), 0, matrix.shape[0])
