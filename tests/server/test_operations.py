@@ -283,6 +283,15 @@ def test_the_simulated_robot_is_at_rest_when_its_time_is_over() -> None:
     assert 0.0 < held.positions[0] < 2.4
 
 
+def test_the_simulated_robot_touches_what_is_put_in_its_place_on_the_way() -> None:
+    held = state()
+    there = held.scene.placement_of(held.scene.robot.links[-1], held.positions)
+    blocked = held.scene.add("post", to.Sphere(0.2), there)
+    watch = Watch(60.0, lambda *_: watch.change(lambda: blocked))
+    answer, _ = ask("execute", {"problem": REACH, "speed": 0, "longest": 2.0}, held, watch)
+    assert any("post" in contact for contact in answer["contacts"])
+
+
 def test_sizes_are_bounded() -> None:
     watch = Watch(1.0, triangles=10, points=10)
     check_sizes({"a": [{"faces": [[0, 1, 2]] * 10}], "points": [1] * 10}, watch)

@@ -1,8 +1,9 @@
-"""Rehearsal: a problem or a task is planned, driven in simulation, and measured."""
+"""Rehearsal: a problem or a task is planned, driven in simulation, and measured; and runs watched live."""
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from typing import Protocol, TypeVar, overload
 
 import numpy as np
@@ -456,3 +457,67 @@ def _trajectory(names: tuple[str, ...], samples: list[tuple[float, Floats, Float
 
 def _finite(number: float) -> float | None:
     return number if isfinite(number) else None
+
+
+STOPPING = 5.0
+"""Longest expected time of a stop [s]."""
+
+
+class LiveRun:
+    """A simulated robot on its way to a goal, in a world that is changed meanwhile."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.arm = SimulatedExecutor(problem.scene, problem.start_positions)
+        self.supervisor = Supervisor(self.arm, problem)
+        self.supervisor.see(problem.scene, 0.0)
+        self.supervisor.go(problem)
+        self._touched: list[str] = []
+
+    @property
+    def touched(self) -> list[str]:
+        """The contacts that the scene does not allow."""
+        return [*self._touched, *(str(each) for each in self.arm.contacts if each.allowance is None)]
+
+    def drive(
+        self,
+        stopped: Callable[[], bool],
+        changed: Callable[[], Scene | None],
+        look: Callable[[], object],
+        *,
+        patient: bool = False,
+        longest: float = inf,
+        speed: float = 1.0,
+    ) -> bool:
+        """Drive to the goal, or until a fault, a stop or a simulated time [s]; return whether it was stopped.
+
+        Args:
+            changed: Returns the world if it has changed since the last call, which is before each cycle.
+            look: Called after each cycle.
+            patient: Whether to wait for another world while the way is blocked.
+            speed: Rate of simulated time: 1 for real time, 0 for as fast as possible.
+        """
+        arm, supervisor, begin = self.arm, self.supervisor, time.monotonic()
+
+        def cycle() -> None:
+            scene = changed()
+            if scene is not None:
+                self._touched = self.touched
+                arm.change(scene, begin=arm.now())
+                supervisor.see(scene)
+            supervisor.cycle()
+            arm.advance(supervisor.options.cycle)
+            look()
+            if speed:
+                time.sleep(max(begin + arm.now() / speed - time.monotonic(), 0.0))
+
+        while supervisor.busy and not stopped() and not arm.fault() and arm.now() < longest:
+            if supervisor.blocked and not patient:
+                break
+            cycle()
+        if not stopped() and (arm.fault() or not supervisor.moving):
+            return False
+        supervisor.stop()
+        until = arm.now() + STOPPING
+        while supervisor.moving and arm.now() < until:
+            cycle()
+        return True

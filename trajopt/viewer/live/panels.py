@@ -3,7 +3,6 @@
 import logging
 import re
 import threading
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from trajopt.driving import Event, SimulatedExecutor, Supervisor
+from trajopt.driving import Event
+from trajopt.driving.rehearsal import LiveRun
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import joint_unit
 from trajopt.scene.scene import Scene
@@ -356,12 +356,6 @@ class MotionPanel:
         self._stand(self._bench.positions if motion is None else motion(self.playback.time))
 
 
-CYCLE = 0.02
-"""Period of the supervisor, as in its options [s]."""
-STOPPING = 5.0
-"""Longest expected time of a stop [s]."""
-
-
 class Driving:
     """A run to a goal, started on construction; `outcome` is empty until its end."""
 
@@ -399,47 +393,33 @@ class Driving:
         self._listener(self)
 
     def _drive(self) -> str:
-        problem = self._problem
-        arm = SimulatedExecutor(problem.scene, problem.start_positions)
-        supervisor = Supervisor(arm, problem)
-        supervisor.see(problem.scene, 0.0)
-        supervisor.go(problem)
-        begin = time.monotonic()
-        while supervisor.busy and not supervisor.blocked and not arm.fault() and not self._stop.is_set():
-            self._cycle(arm, supervisor, begin)
-        stopped = self._stop.is_set()
-        if stopped:
-            supervisor.stop()
-            until = arm.now() + STOPPING
-            while supervisor.moving and arm.now() < until:
-                self._cycle(arm, supervisor, begin)
+        run = LiveRun(self._problem)
+        arm = run.arm
+
+        def look() -> None:
+            self._note(run, arm.truth().positions)
+            self._listener(self)
+
+        stopped = run.drive(self._stop.is_set, self._taken, look)
         if arm.fault():
             return f"The robot does not follow: {arm.fault()}."
-        self._note(arm, supervisor, arm.state().commanded)
-        touched = [str(each) for each in arm.contacts if each.allowance is None]
-        if touched:
-            return f"Something was touched: {'; '.join(touched)}."
+        self._note(run, arm.state().commanded)
+        if run.touched:
+            return f"Something was touched: {'; '.join(run.touched)}."
         if stopped:
             return f"Stopped after {arm.now():.1f} s; the robot is at rest."
-        if supervisor.busy:
+        if run.supervisor.busy:
             return "The way is blocked, and no way around was found: the robot is at rest."
         return f"The goal was reached after {arm.now():.1f} s, and nothing was touched."
 
-    def _cycle(self, arm: SimulatedExecutor, supervisor: Supervisor, begin: float) -> None:
+    def _taken(self) -> Scene | None:
         with self._scene:
             scene, self._changed = self._changed, None
-        if scene is not None:
-            arm.change(scene, begin=arm.now())
-            supervisor.see(scene)
-        supervisor.cycle()
-        arm.advance(CYCLE)
-        self._note(arm, supervisor, arm.truth().positions)
-        self._listener(self)
-        time.sleep(max(begin + arm.now() - time.monotonic(), 0.0))
+        return scene
 
-    def _note(self, arm: SimulatedExecutor, supervisor: Supervisor, positions: Floats) -> None:
-        columns = [arm.joint_names.index(name) for name in self._problem.reduced.joint_names]
-        self.positions, self.events = positions[columns].copy(), tuple(supervisor.events)
+    def _note(self, run: LiveRun, positions: Floats) -> None:
+        columns = [run.arm.joint_names.index(name) for name in self._problem.reduced.joint_names]
+        self.positions, self.events = positions[columns].copy(), tuple(run.supervisor.events)
 
 
 HELD = "the robot is being driven"
