@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.geometry import JointPlacements
-from trajopt.robot.joints import FixedBody
 from trajopt.robot.loading.urdf import LinkGeometry
 from trajopt.scene.reduced import ReducedModel, TimedModel
 from trajopt.simulation.halo import THINNEST, Halo, halo, has_halo
@@ -35,7 +34,7 @@ from trajopt.viewer.clearance import ClearanceQuery, Nearest
 from trajopt.viewer.palette import Rgb
 
 if TYPE_CHECKING:
-    from viser import FrameHandle, LabelHandle, LineSegmentsHandle, MeshHandle, ViserServer
+    from viser import FrameHandle, MeshHandle, ViserServer
 
 TRANSLUCENT = 0.35
 """Opacity of objects seen through."""
@@ -44,6 +43,58 @@ FLOOR_EDGE = 4.0
 """Edge of the floor grid [m]."""
 WITNESS_SIZE = 0.006
 """Size of the dots at the two nearest points [m]."""
+
+
+POINTS = 41
+"""Of the line: two metres of it are drawn in pieces of 5 cm, which look round."""
+
+
+class Trail:
+    """A line in the page, as thick on the screen from near as from afar."""
+
+    def __init__(self, server: "ViserServer", node: str, colour: Rgb, thickness: float) -> None:
+        self._line = server.scene.add_line_segments(
+            node,
+            np.zeros((1, 2, 3), dtype=np.float32),
+            colour,
+            thickness=thickness,
+            thickness_units="screen",
+            visible=False,
+        )
+
+    def show(self, points: Floats | None, colour: Rgb | None = None) -> None:
+        """Draw it through points, shape (k, 3); None for no line."""
+        self._line.visible = points is not None
+        if points is not None:
+            self._line.points = np.stack((points[:-1], points[1:]), axis=1).astype(np.float32)
+        if colour is not None:
+            self._line.colors = np.array(colour, dtype=np.uint8)
+
+
+def add_mesh(
+    server: "ViserServer",
+    node: str,
+    shape: Shape,
+    where: Placement,
+    colour: Rgb,
+    *,
+    opacity: float | None = None,
+    ghost: bool = False,
+) -> "MeshHandle":
+    """Draw a shape; a ghost has no inside and casts no shadow."""
+    skin = surface(shape)
+    return server.scene.add_mesh_simple(
+        node,
+        skin.vertices,
+        skin.faces,
+        color=colour,
+        flat_shading=not skin.smooth,
+        opacity=opacity,
+        side="front" if ghost else "double",
+        cast_shadow=not ghost and not isinstance(shape, Plane),
+        wxyz=scalar_first(where),
+        position=where.translation,
+    )
 
 
 class Drawing:
@@ -77,18 +128,10 @@ class Drawing:
             self._draw_floor()
         if objects:
             self._draw_objects()
-        ends = np.zeros((1, 2, 3))
-        self._line = server.scene.add_line_segments(
-            f"{root}/nearest/line",
-            ends,
-            palette.TOUCHING,
-            thickness=3.0,
-            thickness_units="screen",
-            visible=False,
-        )
+        self._line = Trail(server, f"{root}/nearest/line", palette.TOUCHING, 3.0)
         self._dots = server.scene.add_point_cloud(
             f"{root}/nearest/points",
-            ends[0],
+            np.zeros((2, 3)),
             palette.TOUCHING,
             point_size=WITNESS_SIZE,
             point_shape="circle",
@@ -114,12 +157,14 @@ class Drawing:
         return placement(frame.position, quaternion=(x, y, z, w))
 
     def point_out(self, nearest: Nearest | None) -> None:
-        self._line.visible = self._dots.visible = nearest is not None
-        if nearest is not None:
-            colour = palette.TOUCHING if nearest.distance < nearest.margin else palette.SAFE
-            self._line.points = nearest.points[None].astype(np.float32)
-            self._dots.points = nearest.points.astype(np.float32)
-            self._line.colors = self._dots.colors = np.array(colour, dtype=np.uint8)
+        self._dots.visible = nearest is not None
+        if nearest is None:
+            self._line.show(None)
+            return
+        colour = palette.TOUCHING if nearest.distance < nearest.margin else palette.SAFE
+        self._line.show(nearest.points, colour)
+        self._dots.points = nearest.points.astype(np.float32)
+        self._dots.colors = np.array(colour, dtype=np.uint8)
 
     def show_collision_shapes(self, visible: bool) -> None:
         with self._server.atomic():
@@ -166,13 +211,7 @@ class Drawing:
 
     def draw_tool_paths(self, paths: Floats) -> None:
         for count, points in enumerate(paths):
-            self._server.scene.add_line_segments(
-                f"/tool_path_{count}",
-                np.stack((points[:-1], points[1:]), axis=1),
-                palette.TOOL_PATH,
-                thickness=2.5,
-                thickness_units="screen",
-            )
+            Trail(self._server, f"/tool_path_{count}", palette.TOOL_PATH, 2.5).show(points)
 
     def _draw_robot(self) -> None:
         robot = self._reduced.scene.robot
@@ -230,19 +269,7 @@ class Drawing:
     def _mesh(
         self, node: str, shape: Shape, where: Placement, colour: Rgb, *, opacity: float | None = None
     ) -> "MeshHandle":
-        skin = surface(shape)
-        return self._server.scene.add_mesh_simple(
-            node,
-            skin.vertices,
-            skin.faces,
-            color=colour,
-            flat_shading=not skin.smooth,
-            opacity=opacity,
-            side="double",
-            cast_shadow=not isinstance(shape, Plane),
-            wxyz=scalar_first(where),
-            position=where.translation,
-        )
+        return add_mesh(self._server, node, shape, where, colour, opacity=opacity)
 
 
 def _readable(visuals: list[LinkGeometry]) -> list[tuple[LinkGeometry, Shape]]:
@@ -262,29 +289,6 @@ def _colour(visual: LinkGeometry, plain: Rgb) -> Rgb:
 def in_world(reduced: ReducedModel, name: str, kinematics: JointPlacements) -> Placement:
     joint, where = reduced.attachment(name)
     return Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint]) * where
-
-
-POINTS = 41
-"""Of the line: two metres of it are drawn in pieces of 5 cm, which look round."""
-
-
-class Trail:
-    """A line in the page, as thick on the screen from near as from afar."""
-
-    def __init__(self, server: "ViserServer", node: str, colour: Rgb, thickness: float) -> None:
-        self._line = server.scene.add_line_segments(
-            node,
-            np.zeros((POINTS - 1, 2, 3), dtype=np.float32),
-            colour,
-            thickness=thickness,
-            thickness_units="screen",
-            visible=False,
-        )
-
-    def show(self, points: Floats | None) -> None:
-        self._line.visible = points is not None
-        if points is not None:
-            self._line.points = np.stack((points[:-1], points[1:]), axis=1).astype(np.float32)
 
 
 OPACITY = 0.22
@@ -311,7 +315,15 @@ class Ghost:
             (joint, server.scene.add_frame(f"/{name}/joint_{joint}", show_axes=False)) for joint in moved
         ]
         self._bodies = [
-            self._body(f"/{name}/joint_{body.joint}/body_{count}", body, colour, opacity)
+            add_mesh(
+                server,
+                f"/{name}/joint_{body.joint}/body_{count}",
+                body.shape,
+                body.placement,
+                colour,
+                opacity=opacity,
+                ghost=True,
+            )
             for count, body in enumerate(reduced.bodies)
             if body.joint
         ]
@@ -332,21 +344,6 @@ class Ghost:
             for joint, frame in self._joints:
                 where = Placement(kinematics.rotation[-1, joint], kinematics.translation[-1, joint])
                 frame.wxyz, frame.position = scalar_first(where), where.translation
-
-    def _body(self, node: str, body: FixedBody, colour: Rgb, opacity: float) -> "MeshHandle":
-        skin = surface(body.shape)
-        return self._server.scene.add_mesh_simple(
-            node,
-            skin.vertices,
-            skin.faces,
-            color=colour,
-            flat_shading=not skin.smooth,
-            opacity=opacity,
-            side="front",
-            cast_shadow=False,
-            wxyz=scalar_first(body.placement),
-            position=body.placement.translation,
-        )
 
 
 SECTORS = 32
@@ -437,32 +434,23 @@ class NearestDrawing:
 
     def __init__(self, server: "ViserServer") -> None:
         self._server = server
-        self._lines: list[LineSegmentsHandle] = []
-        self._labels: list[LabelHandle] = []
-        for count in range(PAIRS):
-            line = server.scene.add_line_segments(
-                f"/nearest/line_{count}",
-                np.zeros((1, 2, 3), dtype=np.float32),
-                palette.SAFE,
-                thickness=3.0,
-                thickness_units="screen",
-                visible=False,
-            )
-            label = server.scene.add_label(
+        self._lines = [Trail(server, f"/nearest/line_{count}", palette.SAFE, 3.0) for count in range(PAIRS)]
+        self._labels = [
+            server.scene.add_label(
                 f"/nearest/label_{count}", "", anchor="bottom-center", font_screen_scale=0.8, visible=False
             )
-            self._lines.append(line)
-            self._labels.append(label)
+            for count in range(PAIRS)
+        ]
 
     def show(self, pairs: tuple[Nearest, ...]) -> None:
         with self._server.atomic():
             for place, (line, label) in enumerate(zip(self._lines, self._labels, strict=True)):
-                line.visible = label.visible = place < len(pairs)
+                label.visible = place < len(pairs)
                 if place >= len(pairs):
+                    line.show(None)
                     continue
                 near = pairs[place]
-                line.points = near.points[None].astype(np.float32)
-                line.colors = np.array(colour_of(near), dtype=np.uint8)
+                line.show(near.points, colour_of(near))
                 label.position = near.points.mean(axis=0)
                 label.text = f"{1000.0 * near.distance:.3g} mm" if near.distance > 0.0 else "contact"
 

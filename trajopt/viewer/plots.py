@@ -59,13 +59,9 @@ def plot_motion(
         ShapeError: If the trajectory moves other joints than the group's.
         FileFormatError: If the suffix is not an image format.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     if trajectory.joint_names != reduced.joint_names:
         raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
-    figure = Figure(figsize=(10.0, 11.0), dpi=DOTS_PER_INCH, layout="constrained")
-    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
+    figure, target = _figure_for(path, 10.0, 11.0)
     samples = sample_motion(reduced, trajectory, limits or reduced.limits, constraints)
     panels: list[Axes] = list(figure.subplots(4, 1, sharex=True))
     _draw_positions(panels[0], samples)
@@ -79,17 +75,23 @@ def plot_motion(
             note = "linear between its points: acceleration is zero there, and not defined at them"
             panels[3].set_title(note, loc="left", fontsize="small", color="#555555")
     for panel in panels:
-        panel.grid(True, color="#e3e6ea", linewidth=0.7)
-        panel.set_axisbelow(True)
-        panel.spines[["top", "right"]].set_visible(False)
+        _finish(panel)
         if panel.get_legend_handles_labels()[0]:
-            panel.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
+            _legend_beside(panel)
     panels[-1].set_xlabel("time [s]")
     panels[-1].set_xlim(0.0, trajectory.duration)
     figure.align_ylabels(panels)
     figure.suptitle(title or f"{reduced.scene.robot.name}: {trajectory.duration:.2f} s", fontsize="x-large")
     figure.savefig(target)
     return target
+
+
+def _figure_for(path: Path | str, width: float, height: float) -> "tuple[Figure, Path]":
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, layout="constrained")
+    return figure, image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
 
 
 def image_path(path: Path | str, known: Iterable[str]) -> Path:
@@ -214,11 +216,7 @@ def plot_path_time(
         ShapeError: If the time is not positive.
         FileFormatError: If the suffix is not an image format.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8.0, 5.0), dpi=DOTS_PER_INCH, layout="constrained")
-    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
+    figure, target = _figure_for(path, 8.0, 5.0)
     shown = forbidden_times(plan, until=until)
     axes = figure.add_subplot()
     _draw_regions(axes, shown)
@@ -227,10 +225,8 @@ def plot_path_time(
     if end < last:
         axes.plot((end, last), (100.0, 100.0), color=MOTION, linewidth=2.0, linestyle=":", label="at its end")
     axes.set(xlim=(0.0, last), ylim=(-2.0, 102.0), xlabel="time [s]", ylabel="way along the path [%]")
-    axes.grid(True, color="#e3e6ea", linewidth=0.7)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
+    _finish(axes)
+    _legend_beside(axes)
     name = plan.require().problem.name
     figure.suptitle(title or f"{name or 'motion'}: {end:.2f} s", fontsize="x-large")
     figure.savefig(target)
@@ -271,11 +267,7 @@ def plot_reach(reach: ReachMap, path: Path | str) -> Path:
     Raises:
         FileFormatError: If the suffix is not an image format.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13.0, 8.5), dpi=DOTS_PER_INCH, layout="constrained")
-    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
+    figure, target = _figure_for(path, 13.0, 8.5)
     layers = (
         ("directions met [%]", 100.0 * reach.reachability_index),
         ("largest manipulability", reach.manipulability),
@@ -310,13 +302,10 @@ def plot_curve_map(reach: CurveMap, path: Path | str) -> Path:
     Raises:
         FileFormatError: If the suffix is not an image format.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.colors import ListedColormap
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    figure = Figure(figsize=(9.0, 5.0), dpi=DOTS_PER_INCH, layout="constrained")
-    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
+    figure, target = _figure_for(path, 9.0, 5.0)
     axes = figure.subplots()
     axes.pcolormesh(
         reach.lengths,
@@ -421,7 +410,7 @@ def _profile(runs: Sequence[RunOutcome], styles: Mapping[str, tuple[str, str]]) 
     axes.set_ylabel("problems solved [%]")
     _finish(axes)
     if profile:
-        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
+        _legend_beside(axes)
     return figure
 
 
@@ -514,6 +503,10 @@ def _legend(figure: "Figure", panels: "Sequence[Axes]", used: int) -> None:
         list(named.values()), list(named),
         loc="outside lower center", ncols=7, frameon=False, fontsize="small",
     )  # fmt: skip
+
+
+def _legend_beside(axes: "Axes") -> None:
+    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, fontsize="small")
 
 
 def _finish(axes: "Axes") -> None:

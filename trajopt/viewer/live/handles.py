@@ -14,14 +14,14 @@ from trajopt.values.placement import Placement, placement, scalar_first
 from trajopt.values.shapes.shapes import Plane
 from trajopt.viewer import palette
 from trajopt.viewer.clearance import ClearanceQuery, Nearest
-from trajopt.viewer.drawing import PAIRS, Drawing, Ghost, NearestDrawing, in_world, surface, telling_pairs
+from trajopt.viewer.drawing import PAIRS, Drawing, Ghost, NearestDrawing, add_mesh, in_world, telling_pairs
 from trajopt.viewer.live.objects import is_carried
 from trajopt.viewer.live.workbench import Goal, Reachability
 from trajopt.viewer.palette import Rgb
 from trajopt.viewer.scene_view import LONG
 
 if TYPE_CHECKING:
-    from viser import FrameHandle, MeshHandle, TransformControlsEvent, TransformControlsHandle, ViserServer
+    from viser import FrameHandle, TransformControlsEvent, TransformControlsHandle, ViserServer
 
 
 class Gizmo:
@@ -116,7 +116,6 @@ OBJECT_GIZMO = 0.15
 class _Drawn:
     item: SceneObject
     frame: "FrameHandle"
-    meshes: "list[MeshHandle]"
 
 
 class ObjectsDrawing:
@@ -161,23 +160,11 @@ class ObjectsDrawing:
         node, self._count = f"/objects/{self._count}", self._count + 1
         colour = palette.SURFACES[self._count % len(palette.SURFACES)]
         frame = self._server.scene.add_frame(node, show_axes=False)
-        drawn = _Drawn(item, frame, [])
         for count, (shape, where) in enumerate(item.parts):
-            skin = surface(shape)
-            mesh = self._server.scene.add_mesh_simple(
-                f"{node}/part_{count}",
-                skin.vertices,
-                skin.faces,
-                color=palette.GROUND if isinstance(shape, Plane) else colour,
-                flat_shading=not skin.smooth,
-                side="double",
-                cast_shadow=not isinstance(shape, Plane),
-                wxyz=scalar_first(where),
-                position=where.translation,
-            )
+            paint = palette.GROUND if isinstance(shape, Plane) else colour
+            mesh = add_mesh(self._server, f"{node}/part_{count}", shape, where, paint)
             mesh.on_click(lambda _, name=item.name: self._picked(name))
-            drawn.meshes.append(mesh)
-        return drawn
+        return _Drawn(item, frame)
 
 
 class EditedScene:
