@@ -63,22 +63,33 @@ inline double outside_squared(const Body& box, const Place& at, const Vector3& c
   return (local.cwiseAbs() - box.half).cwiseMax(0.0).squaredNorm();
 }
 
-// Distance of a box to the other's box as it is wrapped along the first one's axes, squared.
-inline double apart_squared(const Body& box, const Place& at, const Body& other, const Place& at_other) {
-  const Matrix3 turned = at.rotation.transpose() * at_other.rotation;
-  const Vector3 local = at.rotation.transpose() * (at_other.centre - at.centre);
-  return (local.cwiseAbs() - box.half - turned.cwiseAbs() * other.half).cwiseMax(0.0).squaredNorm();
-}
-
 // Distance of two bodies, at least: each one's sphere against the other's box, and where that leaves them within
 // reach, each one's box wrapped along the other's axes.
 inline double lower_bound(const Body& a, const Place& at_a, const Body& b, const Place& at_b, double reach) {
-  const double first = std::sqrt(outside_squared(a, at_a, at_b.centre)) - b.radius;
-  const double second = std::sqrt(outside_squared(b, at_b, at_a.centre)) - a.radius;
-  const double spheres = std::max(first, second);
+  const Vector3 apart = at_b.centre - at_a.centre;
+  const Vector3 outside_a = (at_a.rotation.transpose() * apart).cwiseAbs() - a.half;
+  const Vector3 outside_b = (at_b.rotation.transpose() * apart).cwiseAbs() - b.half;
+  const double spheres = std::max(outside_a.cwiseMax(0.0).norm() - b.radius, outside_b.cwiseMax(0.0).norm() - a.radius);
   if (spheres > reach) return spheres;
-  const double boxes = std::sqrt(std::max(apart_squared(a, at_a, b, at_b), apart_squared(b, at_b, a, at_a)));
+  const Matrix3 turned = (at_a.rotation.transpose() * at_b.rotation).cwiseAbs();
+  const double boxes_a = (outside_a - turned * b.half).cwiseMax(0.0).squaredNorm();
+  const double boxes_b = (outside_b - turned.transpose() * a.half).cwiseMax(0.0).squaredNorm();
+  const double boxes = std::sqrt(std::max(boxes_a, boxes_b));
   return boxes > 0.0 ? std::max(spheres, boxes) : spheres;
+}
+
+// Whether these bounds show that two bodies keep a distance: their `lower_bound` exceeds it, asked with no more of it than
+// it takes.
+inline bool bounds_exceed(const Body& a, const Place& at_a, const Body& b, const Place& at_b, double reach) {
+  const auto exceeds = [](const Vector3& outside, double most) { return most < 0.0 || outside.cwiseMax(0.0).squaredNorm() > most * most; };
+  const Vector3 apart = at_b.centre - at_a.centre;
+  const Vector3 outside_b = (at_b.rotation.transpose() * apart).cwiseAbs() - b.half;
+  if (exceeds(outside_b, a.radius + reach)) return true;
+  const Vector3 outside_a = (at_a.rotation.transpose() * apart).cwiseAbs() - a.half;
+  if (exceeds(outside_a, b.radius + reach)) return true;
+  const Matrix3 turned = (at_a.rotation.transpose() * at_b.rotation).cwiseAbs();
+  const double most = std::max(reach, 0.0);
+  return exceeds(outside_b - turned.transpose() * a.half, most) || exceeds(outside_a - turned * b.half, most);
 }
 
 }  // namespace proximity

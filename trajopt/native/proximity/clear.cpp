@@ -8,12 +8,22 @@ Clear::Clear(const Cell& cell, std::vector<double> reach)
   places_.resize(cell.movers.size());
   across_.assign(cell.pairs.size(), Vector3::Zero());
   struck_.assign(cell.pairs.size(), -1);
-  for (const auto& pairs : cell.pair_with) {
-    with_still_.emplace_back();
-    for (int pair : pairs) {
-      if (pair >= 0) with_still_.back().push_back(pair);
+  const auto square = [&](int first, int second, int pair) {
+    const double apart = cell.bodies[first].radius + cell.bodies[second].radius + reach_[pair];
+    return apart * apart;
+  };
+  for (int pair : cell.between_movers) {
+    const auto [first, second] = cell.pairs[pair];
+    between_.push_back({cell.mover_of[first], cell.mover_of[second], square(first, second, pair), pair});
+  }
+  for (size_t mover = 0; mover < cell.movers.size(); ++mover) {
+    auto& still = with_still_.emplace_back();
+    for (int body = 0; body < static_cast<int>(cell.bodies.size()); ++body) {
+      const int pair = cell.pair_with[mover][body];
+      if (pair < 0) continue;
+      still.push_back({cell.still[body].centre, square(cell.movers[mover], body, pair), pair, body});
     }
-    many_.push_back(with_still_.back().size() > kFew);
+    many_.push_back(still.size() > kFew);
   }
 }
 
@@ -65,7 +75,7 @@ bool Clear::bounds_keep(int pair) {
   ++work.bounds;
   const double spheres = a.radius + b.radius + reach_[pair];
   if ((at_a.centre - at_b.centre).squaredNorm() > spheres * spheres) return true;
-  return lower_bound(a, at_a, b, at_b, reach_[pair]) > reach_[pair];
+  return bounds_exceed(a, at_a, b, at_b, reach_[pair]);
 }
 
 bool Clear::keeps(int pair) {
@@ -104,17 +114,29 @@ void Clear::remember(int pair) {
 
 void Clear::collect() {
   doubtful_.clear();
-  const auto ask = [&](int pair) {
-    if (!bounds_keep(pair)) doubtful_.push_back(pair);
-  };
   for (size_t mover = 0; mover < places_.size(); ++mover) {
     if (many_[mover]) {
       collect_near(static_cast<int>(mover));
-    } else {
-      for (int pair : with_still_[mover]) ask(pair);
+      continue;
+    }
+    const Body& body = cell_.bodies[cell_.movers[mover]];
+    const Place& here = places_[mover];
+    work.bounds += with_still_[mover].size();
+    for (const Still& still : with_still_[mover]) {
+      if ((here.centre - still.centre).squaredNorm() > still.square) continue;
+      doubt(still.pair, body, here, cell_.bodies[still.body], cell_.still[still.body]);
     }
   }
-  for (int pair : cell_.between_movers) ask(pair);
+  work.bounds += between_.size();
+  for (const Moving& both : between_) {
+    const Place &first = places_[both.first], &second = places_[both.second];
+    if ((first.centre - second.centre).squaredNorm() > both.square) continue;
+    doubt(both.pair, cell_.bodies[cell_.movers[both.first]], first, cell_.bodies[cell_.movers[both.second]], second);
+  }
+}
+
+void Clear::doubt(int pair, const Body& a, const Place& at_a, const Body& b, const Place& at_b) {
+  if (!bounds_exceed(a, at_a, b, at_b, reach_[pair])) doubtful_.push_back(pair);
 }
 
 void Clear::collect_near(int mover) {

@@ -39,11 +39,26 @@ class Clear {
   static constexpr int kFew = 32;
   static constexpr size_t kRemembered = 6;
 
+  // A body that stands still, as the sphere around a moving one has to keep away from it.
+  struct Still {
+    Vector3 centre;
+    double square;  // of the centres' distance at which the spheres keep the pair's reach
+    int pair, body;
+  };
+
+  // Two moving bodies, likewise.
+  struct Moving {
+    int first, second;  // movers
+    double square;
+    int pair;
+  };
+
   bool bounds_keep(int pair);
   bool keeps(int pair);
   void remember(int pair);
   void collect();
   void collect_near(int mover);
+  void doubt(int pair, const Body& a, const Place& at_a, const Body& b, const Place& at_b);
   const Place& at(int body) const;
 
   const Cell& cell_;
@@ -54,7 +69,8 @@ class Clear {
   CloudPhase clouds_{narrow_};
   const Placements* placed_ = nullptr;
   Places places_;                             // by mover
-  std::vector<std::vector<int>> with_still_;  // mover -> pairs with bodies that stand still
+  std::vector<std::vector<Still>> with_still_;  // by mover, in the order of the bodies
+  std::vector<Moving> between_;
   std::vector<char> many_;                    // mover -> whether these are looked up in the tree
   std::vector<int> remembered_;               // pairs that undercut their reach, the last one first
   std::vector<int> doubtful_;                 // pairs that spheres and boxes leave within reach
