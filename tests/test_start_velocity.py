@@ -12,7 +12,7 @@ from trajopt.optimise.methods.free_duration import FreeDuration
 from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.optimise.terms import Cost, Velocity, Window
 from trajopt.planning import on_the_way
-from trajopt.planning.infeasibility.joint_bounds import least_travel
+from trajopt.planning.infeasibility.joint_bounds import at_time, by_then, least_travel
 from trajopt.planning.judgement import judge
 from trajopt.planning.status import Certainty
 from trajopt.values.errors import JointNotFound, ProblemError, ShapeError
@@ -148,6 +148,50 @@ def test_a_start_that_no_braking_keeps_within_the_limits_is_named_and_proven(pla
     assert back.status is to.Status.START_TOO_FAST and "lower limit" in back.message
     assert to.plan(replace(problem, start={"elbow": 1.9})).verified
     assert to.plan(replace(problem, start_velocity={"elbow": -2.0})).verified
+
+
+def swinging_at_a_wall(speed: float) -> to.Problem:
+    """Return a UR5 whose outstretched hand moves towards a wall 30 mm away."""
+    start = {JOINT: 0.0, "shoulder_lift_joint": -0.6, "elbow_joint": 0.9, "wrist_1_joint": -0.3}
+    scene = to.Scene(to.load("ur5")).add("wall", to.Box(1.5, 0.02, 1.5), to.placement((1.0, 0.33, 0.5)))
+    return to.Problem(
+        scene=scene,
+        group="manipulator",
+        start={**start, "wrist_2_joint": 0.0, "wrist_3_joint": 0.0},
+        goal=to.joint_positions({**start, JOINT: -0.8}),
+        start_velocity={JOINT: speed},
+    )
+
+
+def test_a_start_that_no_braking_keeps_off_an_obstacle_is_proven() -> None:
+    result = to.plan(swinging_at_a_wall(2.0))
+    assert result.status is to.Status.START_TOO_FAST and result.certainty is Certainty.PROVEN
+    assert len(result.attempts) == 1 and "wrist_3_link and wall collide at 0.1" in result.message
+    (remedy, *_) = result.explain(plan_again=True).remedies or ()
+    assert remedy.what == "speed of the start" and remedy.words == "start at 53 % of the speed"
+    assert remedy.problem.start_velocities.max() == pytest.approx(1.06)
+    assert to.plan(swinging_at_a_wall(1.06)).verified
+
+
+def test_samples_are_evidence_that_no_braking_avoids_an_obstacle() -> None:
+    """Narrowly: no box proves it."""
+    close = swinging_at_a_wall(2.0)
+    problem = replace(close, scene=close.scene.move("wall", to.placement((1.0, 0.4, 0.5))))
+    result = to.plan(problem)
+    assert result.status is to.Status.START_TOO_FAST and result.certainty is Certainty.EVIDENCE
+    assert "none of 256 configurations" in result.message
+    assert "at random" in result.explain().grounds
+
+
+def test_motions_from_a_start_in_motion_are_in_the_box_at_each_time() -> None:
+    problem = swinging_at_a_wall(1.06)
+    motion = to.plan(problem).require().trajectory
+    for time in np.linspace(0.0, 0.5, 40).tolist():
+        lower, upper = at_time(problem, time)
+        assert (lower <= motion(time)).all() and (motion(time) <= upper).all()
+        wide = by_then(problem, time)
+        assert (wide[0] <= lower).all() and (upper <= wide[1]).all()
+    assert at_time(problem, 0.1)[0][0] > 0.05, "it cannot be at the start any more"
 
 
 def test_least_travel_matches_the_hardest_braking() -> None:

@@ -14,7 +14,7 @@ from trajopt.optimise.solvers import Effort
 from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.planning.budget import BudgetTracker, Stop, Stopped
 from trajopt.planning.goal_search import Candidate, GoalSearch, attempt
-from trajopt.planning.infeasibility import ClosedCut, closed_cut, never_apart
+from trajopt.planning.infeasibility import ClosedCut, closed_cut, met_braking, never_apart
 from trajopt.planning.infeasibility.reasons import enclosed, margin_out_of_reach, worst_on_the_way
 from trajopt.planning.result import Attempt, Result
 from trajopt.planning.schedule import OPENING, rounds
@@ -140,8 +140,9 @@ class PlanSearch:
             yield candidates
             if self.done:
                 return
-            if number + 1 == BEFORE_PROOF and self.incumbent is None:
-                nearest_first = [goal for goal in nearest_first if not self._walled_in(goal)]
+            excluded = {1: self._met_braking, BEFORE_PROOF: self._walled_in}.get(number + 1)
+            if excluded is not None and self.incumbent is None:
+                nearest_first = [goal for goal in nearest_first if not excluded(goal)]
 
     def in_threads(self, candidates: Sequence[Candidate]) -> bool:
         return self._rounds > 1 and min(self.tracker.budget.workers, len(candidates)) > 1
@@ -185,6 +186,21 @@ class PlanSearch:
         best = self.incumbent
         return best if best is not None and best.goal_name == goal.goal_name else None
 
+    def _met_braking(self, goal: GoalSearch) -> bool:
+        failed = goal.nearest
+        if failed is None or not self.problem.starts_moving:
+            return False
+        counts = WorkCounts()
+        with self.tracker.stage("proof"):
+            met = met_braking(goal.workspace.problem, counts)
+        self.tracker.count_work(counts)
+        if met is not None:
+            certainty = Certainty.PROVEN if met.boxes else Certainty.EVIDENCE
+            goal.nearest = replace(
+                failed, status=Status.START_TOO_FAST, message=met.words, certainty=certainty
+            )
+        return met is not None
+
     def _walled_in(self, goal: GoalSearch) -> bool:
         stuck = goal.nearest
         if stuck is None or stuck.status is not Status.STUCK:
@@ -213,6 +229,8 @@ class PlanSearch:
             first = next(iter(known.values()))
         else:
             first = self.goals[0].workspace.result(Status.CANCELLED, "nothing was attempted")
+        if self.problem.starts_moving and first.status in (Status.STUCK, Status.NOT_VERIFIED):
+            first = replace(first, message=f"{first.message}; the start is in motion: a slower one may do")
         if self.problem.alternatives:
             first = failure_of_all(self.problem, first, known)
         if stopped is None:

@@ -135,6 +135,24 @@ def moved_start(problem: Problem, moved: Floats) -> ProblemChange:
     )
 
 
+def slower_start(problem: Problem) -> ProblemChange:
+    """Return the change that takes a share off the velocity and acceleration of a start in motion."""
+
+    def apply(amount: float) -> Problem:
+        slower = {name: (1.0 - amount) * rate for name, rate in problem.start_velocity.items()}
+        eased = {name: (1.0 - amount) * rate for name, rate in problem.start_acceleration.items()}
+        return replace(problem, start_velocity=slower, start_acceleration=eased)
+
+    return ProblemChange(
+        what="speed of the start",
+        unit="",
+        first=0.5,
+        largest=1.0,
+        words=lambda amount: f"start at {100.0 * (1.0 - amount):.3g} % of the speed",
+        apply=apply,
+    )
+
+
 def moved_object(problem: Problem, name: str, direction: Floats, first: float) -> ProblemChange:
     """Return the change that moves an object of the scene along a direction of the world, shape (3,)."""
     item, along = problem.scene.object(name), direction / np.linalg.norm(direction)

@@ -30,6 +30,7 @@ from trajopt.why.change import (
     moved_object,
     moved_placement,
     moved_start,
+    slower_start,
     smaller_clearance,
     smaller_margin,
     smallest_changes,
@@ -116,6 +117,8 @@ def candidates(known: Explanation) -> Iterator[ProblemChange]:
     elif known.status is Status.NO_WAYPOINT:
         for stop, wanted in enumerate(problem.waypoint_requirements, start=1):
             yield from _gives_way(problem, wanted, problem.requirements_at(stop))
+    elif problem.starts_moving:
+        yield slower_start(problem)
     yield from _requirements_in_the_way(known)
     yield from _contacts(known)
     for block in known.blocks:

@@ -168,7 +168,9 @@ def _cannot(result: Result) -> Explanation:
 
 
 def _too_fast(result: Result) -> Explanation:
-    return _explained(result, "that joint's own limits alone bound how hard it can brake")
+    if result.certainty is Certainty.PROVEN:
+        return _explained(result, "the joints' own limits alone bound how hard they can brake")
+    return _explained(result, "configurations that may be reached by then were drawn at random")
 
 
 def _too_late(result: Result) -> Explanation:

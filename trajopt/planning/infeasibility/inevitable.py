@@ -1,4 +1,4 @@
-"""Proofs of inevitable collision with dynamic obstacles."""
+"""Proofs of inevitable collision: with dynamic obstacles, and from a start in motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -9,9 +9,10 @@ from math import inf
 import numpy as np
 
 from trajopt.geometry import WorkCounts
+from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.optimise.terms.joint_positions import joint_box
-from trajopt.planning.infeasibility.cover import box_breaks
-from trajopt.planning.infeasibility.joint_bounds import by_then
+from trajopt.planning.infeasibility.cover import ConfigurationCover, box_breaks, pair_levers
+from trajopt.planning.infeasibility.joint_bounds import at_time, by_then
 from trajopt.planning.infeasibility.occupied import ClosingPair, Occupancy, Span
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
@@ -235,11 +236,9 @@ class InTime:
     def _none_clear(self, times: Floats, count: int) -> Bools:
         if not len(times):
             return np.zeros(0, dtype=np.bool_)
-        lower, upper = np.stack([self._by_then(time) for time in times.tolist()], axis=1)[:, :, None]
-        share = np.random.default_rng(0).random((count, lower.shape[2]))
-        share[: count // 2] = np.round(share[: count // 2])  # half of them are corners
-        drawn, moved = lower + share * (upper - lower), ~self.occupancy.fixed
-        free = self.occupancy.free(drawn.reshape(-1, drawn.shape[2]), np.repeat(times, count), moved)
+        lower, upper = np.stack([self._by_then(time) for time in times.tolist()], axis=1)
+        drawn, moved = _drawn(lower, upper, count), ~self.occupancy.fixed
+        free = self.occupancy.free(drawn, np.repeat(times, count), moved)
         return ~np.any(free.reshape(len(times), count), axis=1)
 
     def _under_way(self, time: float) -> bool:
@@ -290,6 +289,79 @@ class InTime:
     def occupancy(self) -> Occupancy:
         """Finder of occupied configurations."""
         return Occupancy(self.timed, self.counts)
+
+
+def _drawn(lower: Floats, upper: Floats, count: int) -> Floats:
+    """Draw as many configurations of each box, half of them corners, shape (boxes * count, n)."""
+    share = np.random.default_rng(0).random((count, lower.shape[1]))
+    share[: count // 2] = np.round(share[: count // 2])
+    return (lower[:, None] + share * (upper - lower)[:, None]).reshape(-1, lower.shape[1])
+
+
+STOPPING = 24
+"""Moments until the joints have stopped at which a contact may be inevitable."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MetBraking:
+    """A contact that no motion from a start in motion avoids.
+
+    Attributes:
+        time: Time at which no motion has avoided it [s].
+        required: Their required clearance [m].
+        boxes: Boxes that cover all configurations reachable by then; 0 without proof.
+    """
+
+    first: str
+    second: str
+    time: float
+    required: float
+    boxes: int
+
+    @property
+    def words(self) -> str:
+        how = "collide"
+        if self.required > 0.0:
+            how = f"come nearer than the required {in_length(self.required)} or collide"
+        met = f"{self.first} and {self.second} {how} at {self.time:.3f} s, however the joints brake"
+        where = f"none of {SAMPLES} configurations that may be reached by then is free"
+        return f"{met}: {where}" if not self.boxes else met
+
+
+def met_braking(problem: Problem, counts: WorkCounts) -> MetBraking | None:
+    """Find a contact that no motion from a start in motion avoids, with things that stand still."""
+    reduced, times = problem.reduced, np.linspace(0.0, stopping_motion(problem).duration, STOPPING + 1)[1:]
+    lower, upper = np.stack([at_time(problem, time) for time in times.tolist()], axis=1)
+    if not np.isfinite((lower, upper)).all():
+        return None
+    query, required = problem.evaluator(reduced, counts), np.array(reduced.pairs.required)
+    required[[pair for pair, _ in reduced.pairs.allowances]] = -inf
+
+    def none_free(rows: Ints, count: int) -> Ints:
+        drawn = _drawn(lower[rows], upper[rows], count)
+        touching = np.isin(np.arange(len(drawn)), query.close_pairs(drawn, required).sample)
+        return rows[touching.reshape(-1, count).all(axis=1)]
+
+    middle, half = (lower + upper) / 2.0, (upper - lower) / 2.0
+    met = query.close_pairs(middle, required)
+    away = np.einsum("mn,mn->m", pair_levers(reduced)[met.pair], half[met.sample])
+    likely_first = np.argsort(met.distance - required[met.pair] + away, kind="stable")
+    sample, pair = met.sample[likely_first], met.pair[likely_first]
+    closed = none_free(np.unique(sample), SCOUTS)
+    likely = [row for row in dict.fromkeys(sample.tolist()) if row in closed][:MOMENTS]
+    cover = ConfigurationCover(reduced, MOMENTS * MOST_BOXES, counts=counts)
+    for row in likely:
+        if (found := cover.close(middle[row], half[row])) is not None:
+            return _met(problem, found.pairs[0], float(times[row]), found.boxes)
+    for row in none_free(np.array(likely, dtype=np.int64), SAMPLES).tolist():
+        names = reduced.owners(int(pair[np.argmax(sample == row)]))
+        return _met(problem, names, float(times[row]), 0)
+    return None
+
+
+def _met(problem: Problem, names: tuple[str, str], time: float, boxes: int) -> MetBraking:
+    required = problem.scene.clearance_of(*names)
+    return MetBraking(first=names[0], second=names[1], time=time, required=required, boxes=boxes)
 
 
 def _sweep(met: tuple[ClosingPair, ...], begin: float, time: float) -> Sweep:

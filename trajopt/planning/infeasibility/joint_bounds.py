@@ -26,22 +26,31 @@ def by_then(problem: Problem, time: float) -> tuple[Floats, Floats]:
     Each joint is bounded by its own limits of position, velocity, acceleration and jerk alone, so the bound
     holds for all motions of the others; infinite for joints without limits. The start may be in motion.
     """
+    return _reached(problem, time, 0.0)
+
+
+def at_time(problem: Problem, time: float) -> tuple[Floats, Floats]:
+    """Return a box of all configurations of motions at a time; otherwise as `by_then`.
+
+    A joint that moves at the start is not behind where braking leaves it.
+    """
+    return _reached(problem, time, -inf)
+
+
+def _reached(problem: Problem, time: float, least: float) -> tuple[Floats, Floats]:
     limits, start = problem.limits, problem.reduced.start_positions
-    rows = zip(
-        problem.start_velocities.tolist(),
-        problem.start_accelerations.tolist(),
-        (limits.velocity * (1.0 + EXCESS)).tolist(),
-        (limits.acceleration * (1.0 + EXCESS)).tolist(),
-        (limits.jerk * (1.0 + EXCESS)).tolist(),
-        strict=True,
-    )
-    ways = np.array(
-        [
-            [farthest(time, side * speed, side * gain, *bounds) for side in (-1.0, 1.0)]
-            for speed, gain, *bounds in rows
-        ]
-    ).reshape(-1, 2)
-    lower, upper = start - ways[:, 0] - START_ERROR, start + ways[:, 1] + START_ERROR
+    ways = list[list[float]]()
+    for side in (-1.0, 1.0):
+        rows = zip(
+            np.maximum(side * problem.start_velocities, least).tolist(),
+            np.maximum(side * problem.start_accelerations, least).tolist(),
+            (limits.velocity * (1.0 + EXCESS)).tolist(),
+            (limits.acceleration * (1.0 + EXCESS)).tolist(),
+            (limits.jerk * (1.0 + EXCESS)).tolist(),
+            strict=True,
+        )
+        ways.append([farthest(time, *row) for row in rows])
+    lower, upper = start - ways[0] - START_ERROR, start + ways[1] + START_ERROR
     return np.maximum(lower, limits.lower - START_ERROR), np.minimum(upper, limits.upper + START_ERROR)
 
 
@@ -49,13 +58,13 @@ def farthest(time: float, speed: float, gain: float, fastest: float, hardest: fl
     """Bound the travel of a joint one way in a time [s], at the largest allowed acceleration [rad | m].
 
     Args:
-        speed: Its velocity that way; the other way counts as none.
-        gain: Its acceleration that way; the other way counts as none.
+        speed: Its velocity that way, negative if it moves the other way.
+        gain: Its acceleration that way.
         fastest: Limit of its velocity, may be infinite.
         hardest: Limit of its acceleration, may be infinite.
         jerk: Limit of its jerk, may be infinite.
     """
-    speed, gain = max(speed, 0.0) + START_ERROR, max(gain, 0.0)
+    speed += START_ERROR
     fastest, hardest = max(fastest, speed), max(hardest, gain)
     travel, left = 0.0, time
     if isfinite(jerk):
