@@ -164,3 +164,32 @@ def test_an_object_goes_by_its_own_name(held: SessionState, honest: dict[str, An
     scene["objects"]["map"]["hull"] = scene["objects"]["map"]["ball"]
     with pytest.raises(FileFormatError, match="object 'hull' of the scene is named 'ball'"):
         answered("hold", document, held)
+
+
+def driven_in(scene: to.Scene, held: SessionState, honest: dict[str, Any]) -> dict[str, Any]:
+    """Return the answer to a drive whose scene changes as it begins."""
+    watch = Watch(5.0)
+    watch.change(lambda: scene)
+    return cast("dict[str, Any]", answered("drive", honest["drive"], held, watch).document)
+
+
+def test_an_obstacle_added_while_the_robot_is_driven_stops_it(
+    held: SessionState, honest: dict[str, Any]
+) -> None:
+    alone = cast("dict[str, Any]", answered("drive", honest["drive"], held).document)
+    assert alone["positions"]["joint1"] == pytest.approx(0.2, abs=1e-3) and alone["stop"] is None
+    far = driven_in(held.scene.add("far", to.Sphere(0.1), to.placement((-2.0, 0.0, 0.1))), held, honest)
+    assert far["positions"]["joint1"] == pytest.approx(0.2, abs=1e-3) and not far["remark"]
+    elbow = held.scene.placement_of("link2", np.array((0.2, 0.1))).translation
+    ahead = driven_in(held.scene.add("post", to.Sphere(0.01), to.placement(tuple(elbow))), held, honest)
+    assert ahead["positions"]["joint1"] < 0.15 and ahead["stop"]["proven"]
+    assert "the scene changed: link2 and post would be too near" in ahead["remark"]
+    assert "contact" not in ahead["remark"]
+
+
+def test_an_obstacle_added_where_the_robot_is_is_simulated(
+    held: SessionState, honest: dict[str, Any]
+) -> None:
+    tip = held.scene.placement_of("tool", START).translation
+    there = driven_in(held.scene.add("post", to.Sphere(0.03), to.placement(tuple(tip))), held, honest)
+    assert "post touches tool from 0.000 s" in there["remark"]

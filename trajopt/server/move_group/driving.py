@@ -10,7 +10,7 @@ import numpy as np
 
 from trajopt.driving import Executor, SimulatedExecutor
 from trajopt.driving.committed_motion import CommittedMotion
-from trajopt.driving.motion_guard import guard_of
+from trajopt.driving.motion_guard import MotionGuard, guard_of
 from trajopt.driving.soonest_stop import StopTaken, soonest_stop
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.planning import on_the_way
@@ -19,6 +19,7 @@ from trajopt.problem.requirements import joint_positions
 from trajopt.robot.joints import JointLimits
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
+from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.outcome import Execution
 from trajopt.timing.time_scaling import StopsAlong
@@ -45,6 +46,7 @@ class _Motion:
     trajectory: Trajectory
     begin: float
     stops: StopsAlong
+    world: WorldSnapshot
 
 
 class MotionDriver:
@@ -92,10 +94,29 @@ class MotionDriver:
             if not refused:
                 self._committed.splice(motion, at, now=begun)
                 stops = StopsAlong(motion, at_least(reduced.limits, motion))
-                self._motion = _Motion(reduced, motion, at, stops)
+                self._motion = _Motion(reduced, motion, at, stops, WorldSnapshot(reduced.scene, at))
                 break
             lead = 2.0 * (lead + executor.now() - begun) + executor.period
         return refused
+
+    def see(self, scene: Scene) -> str:
+        """Take a changed world, whose clock shows 0 now; return which contact is ahead in it, or ""."""
+        motion, now = self._motion, self.executor.now()
+        if motion is None or not self.moving:
+            return ""
+        world = WorldSnapshot(scene, now)
+        reduced = reduce_model(scene, motion.reduced.group, self.positions)
+        self._motion = motion = replace(motion, reduced=reduced, world=world)
+        begin = now + self.executor.latency
+        ahead = self._committed.ahead(begin, motion.trajectory.joint_names)
+        if ahead is None:
+            return ""
+        # A motion of unknown origin need not be within the limits: contact alone ends it.
+        verdict = MotionGuard(self._onward(motion, begin, ahead), {}).verdict(ahead, world, begin)
+        met = verdict.contact
+        if met is None:
+            return ""
+        return f"the scene changed: {met.first} and {met.second} would be too near in {met.time:.2f} s"
 
     def wait(self) -> str:
         executor = self.executor
@@ -135,25 +156,27 @@ class MotionDriver:
         return replace(taken, duration=end - asked)
 
     def _soonest(self, motion: _Motion, begin: float, ahead: Trajectory) -> tuple[Trajectory, StopTaken]:
-        since, reduced = max(begin - motion.begin, 0.0), motion.reduced
-        along = ahead
+        since, along = max(begin - motion.begin, 0.0), ahead
         if since < motion.trajectory.duration and begin >= motion.begin:
             along = motion.stops.earliest(since).trajectory
-        end = dict(zip(ahead.joint_names, ahead(ahead.duration).tolist(), strict=True))
-        problem = Problem(
-            scene=reduced.scene,
-            group=reduced.group,
-            start=self._all(self._committed(begin)[0]),
-            goal=joint_positions(end),
-        )
-        guard, world = guard_of(problem, self.executor), WorldSnapshot(reduced.scene, motion.begin)
+        problem = self._onward(motion, begin, ahead)
+        guard = guard_of(problem, self.executor)
         try:
             limits = on_the_way(problem, ahead, 0.0).limits
-            return soonest_stop(guard, world, begin, limits, ahead, along)
+            return soonest_stop(guard, motion.world, begin, limits, ahead, along)
         except ProblemError:
             # A motion that is faster than the limits allow can be braked on its path only, and not be proven.
             soonest = min((ahead, along), key=lambda each: each.duration)
             return soonest, StopTaken(soonest.duration, along=True, proven=False)
+
+    def _onward(self, motion: _Motion, begin: float, ahead: Trajectory) -> Problem:
+        end = dict(zip(ahead.joint_names, ahead(ahead.duration).tolist(), strict=True))
+        return Problem(
+            scene=motion.world.scene,
+            group=motion.reduced.group,
+            start=self._all(self._committed(begin)[0]),
+            goal=joint_positions(end),
+        )
 
     def _standing(self) -> CommittedMotion:
         return CommittedMotion(self.executor.joint_names, self.executor.state().commanded)
@@ -294,7 +317,7 @@ class InProcess:
         drive = self._driving()
         remarks, executor = [drive.wait()], drive.executor
         if self._clock is not None and isinstance(executor, SimulatedExecutor):
-            remarks += mishaps(executor)
+            remarks += mishaps_of(executor)
         return "; ".join(remark for remark in remarks if remark)
 
     def stop(self) -> StopTaken | None:
@@ -314,7 +337,7 @@ class InProcess:
         return self._drive
 
 
-def mishaps(executor: SimulatedExecutor) -> list[str]:
+def mishaps_of(executor: SimulatedExecutor) -> list[str]:
     """Return the simulated robot's disallowed contacts and saturated motors, in words."""
     contacts = [str(contact) for contact in executor.contacts if contact.allowance is None]
     return [*contacts, *(f"the motor of {joint} was at its limit" for joint in executor.saturated)]

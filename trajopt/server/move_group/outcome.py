@@ -159,9 +159,13 @@ class Execution:
         )
 
     def measured(
-        self, positions: Floats, remark: str = "", *, stop: StopTaken | None = None
+        self, positions: Floats, remark: str = "", *, stop: StopTaken | None = None, met: bool = False
     ) -> ExecutionOutcome:
-        """Compare the robot's positions [rad | m] with the end of the trajectory."""
+        """Compare the robot's positions [rad | m] with the end of the trajectory.
+
+        Args:
+            met: Whether it was stopped for a contact in a changed scene.
+        """
         scene = self.reduced.scene
         wanted = self.reduced.all_positions(self.trajectory(self.trajectory.duration))
         group = scene.robot.index(self.reduced.joint_names)
@@ -172,7 +176,8 @@ class Execution:
         said = f"{joint} {away} from the goal" + (f"; {remark}" if remark else "")
         if stop is not None:
             words = f"stopped within {1e3 * stop.duration:.0f} ms, {_how(stop)}, {said}"
-            code = MoveItErrorCodes(MoveItErrorCodes.PREEMPTED, words, "execution")
+            changed = MoveItErrorCodes.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE
+            code = MoveItErrorCodes(changed if met else MoveItErrorCodes.PREEMPTED, words, "execution")
         elif error <= REACHED:
             code = MoveItErrorCodes(MoveItErrorCodes.SUCCESS, f"ended {said}", "execution")
         else:

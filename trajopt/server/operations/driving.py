@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from trajopt.driving import SimulatedExecutor
 from trajopt.driving.rehearsal import LiveRun
 from trajopt.driving.soonest_stop import StopTaken
-from trajopt.server.move_group.driving import MotionDriver, mishaps
+from trajopt.server.move_group.driving import MotionDriver, mishaps_of
 from trajopt.server.move_group.outcome import Execution
 from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.server.operations.planning import ABOUT, at_start, problem_in
@@ -68,12 +68,17 @@ CYCLE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class DriveOutcome(Value):
-    """Outcome of driving a robot; `reason` is empty if it was driven."""
+    """Outcome of driving a robot; `reason` is empty if it was driven.
+
+    Attributes:
+        met: The contact ahead for which it was stopped when the scene changed; empty if there was none.
+    """
 
     positions: Floats
     reason: str = ""
     remark: str = ""
     stop: StopTaken | None = None
+    met: str = ""
 
 
 def drive_along(
@@ -84,7 +89,10 @@ def drive_along(
     *,
     speed: float = 1.0,
 ) -> DriveOutcome:
-    """Drive the simulated robot along a trajectory; cancellation stops it by a proven stop.
+    """Drive the simulated robot along a trajectory.
+
+    Cancellation stops it by a proven stop, and so does a change of the session's scene if what is left of the
+    motion is not clear in it.
 
     Args:
         look: Called at the start and periodically, with the elapsed time [s].
@@ -95,15 +103,20 @@ def drive_along(
     refused = drive.start(execution.reduced, execution.trajectory)
     if refused:
         return DriveOutcome(positions, refused)
-    begun, last, start = time.monotonic(), -TELLING, arm.now()
-    while drive.moving and not watch.cancel.is_set():
+    begun, last, start, met, mishaps = time.monotonic(), -TELLING, arm.now(), "", list[str]()
+    while drive.moving and not watch.cancel.is_set() and not met:
         now = arm.now() - start
+        if (scene := watch.changed()) is not None:
+            mishaps += mishaps_of(arm)
+            arm.change(scene, begin=arm.now(), duration=max(execution.trajectory.duration - now, 0.0))
+            met = drive.see(scene)
         if now - last >= TELLING:
             last = now
             look(arm, drive, now)
         arm.advance(CYCLE)
         if speed:
             time.sleep(max(begun + (arm.now() - start) / speed - time.monotonic(), 0.0))
-    stop = drive.stop() if watch.cancel.is_set() else None
-    remarks = [drive.wait(), *mishaps(arm)]
-    return DriveOutcome(drive.positions, remark="; ".join(each for each in remarks if each), stop=stop)
+    stop = drive.stop() if watch.cancel.is_set() or met else None
+    remarks = dict.fromkeys((met, drive.wait(), *mishaps, *mishaps_of(arm)))
+    remark = "; ".join(each for each in remarks if each)
+    return DriveOutcome(drive.positions, remark=remark, stop=stop, met=met)

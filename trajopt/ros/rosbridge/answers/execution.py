@@ -142,7 +142,7 @@ def driven(
     ended = drive_along(execution, state.positions, watch, look)
     if ended.reason:
         return failed(msg.MoveItErrorCodes.CONTROL_FAILED, ended.reason), state
-    outcome = execution.measured(ended.positions, ended.remark, stop=ended.stop)
+    outcome = execution.measured(ended.positions, ended.remark, stop=ended.stop, met=bool(ended.met))
     watch.tell({}, ended.positions.tolist())
     return outcome.error_code, replace(state, positions=ended.positions)
 
