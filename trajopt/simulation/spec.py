@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from trajopt.robot.joints import configuration
 from trajopt.robot.loading.mujoco_library import mujoco
 from trajopt.scene.reduced import ReducedModel, loaded_model
 from trajopt.scene.scene_object import SceneObject, uniform_inertia
@@ -20,6 +21,10 @@ RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of that constraint (`solimp` of MuJoCo), the largest possible: the default yields by a twentieth,
 and a light
 link between heavy ones becomes unstable.
+"""
+GEARS = 1e-3
+"""Least share of its own link, or else of an armature, in the inertia that a mimicking joint moves at the
+start: without it the constraint of a massless link between heavy ones is unstable.
 """
 SMALLEST_MASS = 1e-12
 """Mass of moving bodies without mass, which MuJoCo rejects [kg]."""
@@ -103,6 +108,8 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
     # A joint may start outside its limits. It is held there, so its range includes the start.
     start = reduced.mimic_matrix @ reduced.start_positions + reduced.mimic_offset
     lower, upper = np.minimum(limits.lower, start), np.maximum(limits.upper, start)
+    data, q = model.createData(), configuration(model, start)
+    moved = np.diag(pin.crba(model, data, q))
     for index, name in enumerate(names, start=1):
         where = model.jointPlacements[index]
         placed = Placement(np.array(where.rotation), np.array(where.translation))
@@ -117,9 +124,18 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
                 f"{body.name}: the stated inertia is impossible for a rigid body; "
                 f"a principal moment was changed by {inertia.change:.1e} kg m^2"
             )
-        kind, axis = _joint_axis(model, index)
-        joint = body.add_joint(name=name, type=kind, axis=axis)
-        joint.armature = float(model.armature[model.joints[index].idx_v])
+        subspace = _joint_subspace(model, index)
+        slides = np.abs(subspace[:3]).max() > np.abs(subspace[3:]).max()
+        kind = mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE
+        joint = body.add_joint(name=name, type=kind, axis=subspace[:3] if slides else subspace[3:])
+        column = model.joints[index].idx_v
+        armature = float(model.armature[column])
+        if name not in reduced.joint_names:
+            needed = GEARS * float(moved[column]) - _inertia_along(model.inertias[index], subspace)
+            if needed > armature:
+                armature = needed
+                notes.append(f"{body.name}: too light for the constraint of {name}, which has an armature")
+        joint.armature = armature
         _limit(joint, float(lower[index - 1]), float(upper[index - 1]))
         bodies.append(body)
     return bodies, notes
@@ -171,14 +187,17 @@ def _link_of(model: pin.Model, joint: int) -> str:
     return f"{model.names[joint]} (no link)"
 
 
-def _joint_axis(model: pin.Model, index: int) -> tuple[mujoco.mjtJoint, Floats]:
+def _joint_subspace(model: pin.Model, index: int) -> Floats:
     joint = model.joints[index]
     data = joint.createData()
     joint.calc(data, pin.neutral(model))
-    subspace = np.array(data.S).ravel()
-    if np.abs(subspace[:3]).max() > np.abs(subspace[3:]).max():
-        return mujoco.mjtJoint.mjJNT_SLIDE, subspace[:3]
-    return mujoco.mjtJoint.mjJNT_HINGE, subspace[3:]
+    return np.array(data.S).ravel()
+
+
+def _inertia_along(inertia: pin.Inertia, subspace: Floats) -> float:
+    linear, axis = subspace[:3], subspace[3:]
+    off = linear + np.cross(axis, inertia.lever)
+    return float(axis @ inertia.inertia @ axis + inertia.mass * off @ off)
 
 
 def _limit(joint: mujoco.MjsJoint, lower: float, upper: float) -> None:
