@@ -69,6 +69,41 @@ def test_stretches_that_no_spin_reaches_are_named_and_drawn(
     assert CAUSES[singular.cells[0, 0]] is CurveReach.SINGULAR
 
 
+def test_small_and_large_arms_have_the_same_map(tmp_path: Path) -> None:
+    """Arms of 4 cm, 1 m and 40 m on a rail."""
+    found = [_map_of_size(tmp_path, size).cells.tolist() for size in (0.04, 1.0, 40.0)]
+    assert {cell for row in found[1] for cell in row} > {CAUSES.index(CurveReach.REACHED)}
+    assert found[0] == found[1] == found[2]
+
+
+def _map_of_size(folder: Path, size: float) -> CurveMap:
+    turns = '<limit lower="-3" upper="3" velocity="1" effort="1"/>'
+    slides = f'<limit lower="{-0.5 * size}" upper="{0.5 * size}" velocity="1" effort="1"/>'
+    joints = (
+        ("rail", "prismatic", 0.0, "0 1 0", slides),
+        ("lift", "revolute", 0.0, "0 1 0", turns),
+        ("bend", "revolute", 0.5, "0 1 0", turns),
+        ("roll", "revolute", 0.4, "1 0 0", turns),
+        ("nod", "revolute", 0.1, "0 0 1", turns),
+        ("spin", "revolute", 0.1, "1 0 0", turns),
+    )
+    parts = ['<link name="base"/>']
+    before = "base"
+    for name, kind, x, axis, limit in joints:
+        parts.append(
+            f'<link name="{name} link"/><joint name="{name}" type="{kind}"><parent link="{before}"/>'
+            f'<child link="{name} link"/><origin xyz="{x * size} 0 0"/><axis xyz="{axis}"/>{limit}</joint>'
+        )
+        before = f"{name} link"
+    path = folder / "arm.urdf"
+    path.write_text(f'<robot name="arm">{"".join(parts)}</robot>')
+    robot = to.load(path)
+    reduced = to.Problem(scene=to.Scene(robot), start=robot.positions(), goal=robot.positions()).reduced
+    ends = [to.placement((x * size, 0.0, 0.1 * size), rpy=(0.0, 0.2, 0.0)) for x in (0.5, 1.09)]
+    required = to.follows_curve(before, line(*ends), position_tolerance=1e-4 * size)
+    return curve_map(reduced, required, rng=np.random.default_rng(0), points=6, spins=6)
+
+
 def test_maps_of_wrong_curves_are_refused() -> None:
     with pytest.raises(FrameNotFound, match="no frame named 'tcp'"):
         mapped(outwards("tcp"))

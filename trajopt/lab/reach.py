@@ -18,7 +18,7 @@ from trajopt.optimise.kinematics.sampling import BATCH, Progress, Sampler
 from trajopt.optimise.kinematics.validity import clear, count_of, pair_margins
 from trajopt.problem.requirements import FollowsCurve, FramePlacement, frame_placement
 from trajopt.problem.requirements.joints import LENGTH
-from trajopt.robot.joints import draw_positions
+from trajopt.robot.joints import draw_positions, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Ints, Value, direction_of, floats, number, readonly
 from trajopt.values.errors import FileFormatError, MissingExtra, ProblemError, ShapeError, shown
@@ -266,7 +266,9 @@ class CurveMap(Value):
 RANDOM_STARTS, NEIGHBOURS = 12, 2
 """Random starts for each cell of a map of a curve, and starts from each neighbour."""
 NEARLY_SINGULAR = 0.01
-"""Smallest singular value of a configuration that is not near a singularity [m/rad]."""
+"""Smallest singular value of a configuration that is not near a singularity, by the size of the arm."""
+RADIAN = 0.3
+"""Length of a radian of the frame, relative to the size of the arm [1/rad]."""
 
 
 @checked
@@ -303,6 +305,7 @@ def curve_map(
     lengths = np.linspace(0.0, required.until, points)
     turns = np.linspace(-np.pi, np.pi, spins, endpoint=False)
     drawn = draw_positions(reduced.limits, RANDOM_STARTS, rng=rng)
+    regular = _Regular.of(query, required, drawn)
     cells: Ints = np.empty((points, spins), dtype=np.int64)
     before = [drawn[:0]] * spins
     for row, length in enumerate(lengths.tolist()):
@@ -312,7 +315,7 @@ def curve_map(
             for starts in (np.concatenate((before[column], before[column - 1])), drawn):
                 projected = project(starts)
                 found = projected.positions[projected.violation == 0.0]
-                cause, kept = _cause(query, required, found, margins)
+                cause, kept = _cause(regular, found, margins)
                 if CAUSES.index(cause) < cells[row, column]:
                     cells[row, column], before[column] = CAUSES.index(cause), kept[:NEIGHBOURS]
                 if cause is CurveReach.REACHED:
@@ -320,26 +323,51 @@ def curve_map(
     return CurveMap(required.frame, readonly(lengths), readonly(turns), cells)
 
 
-def _cause(
-    query: Evaluator, required: FollowsCurve, found: Floats, margins: Floats
-) -> tuple[CurveReach, Floats]:
+def _cause(regular: "_Regular", found: Floats, margins: Floats) -> tuple[CurveReach, Floats]:
     if len(found) == 0:
         return CurveReach.OUT_OF_REACH, found
-    free = found[clear(query, found, margins)]
+    free = found[clear(regular.query, found, margins)]
     if len(free) == 0:
         return CurveReach.COLLISION, found
-    regular = _smallest_singular_value(query, required, free) >= NEARLY_SINGULAR
-    return (CurveReach.REACHED, free[regular]) if regular.any() else (CurveReach.SINGULAR, free)
+    kept = regular(free)
+    return (CurveReach.REACHED, free[kept]) if kept.any() else (CurveReach.SINGULAR, free)
 
 
-def _smallest_singular_value(query: Evaluator, required: FollowsCurve, positions: Floats) -> Floats:
-    at = moving_frame(query, required.frame, positions, required.reference, required.offset)
-    angular, rows = at.angular_jacobian, 6
-    if required.spin is not None:
-        axis = at.rotation @ required.spin
-        angular, rows = angular - axis[:, :, None] * np.einsum("si,sij->sj", axis, angular)[:, None], 5
-    sizes = np.linalg.svd(np.concatenate((at.point_jacobian, LENGTH * angular), axis=1), compute_uv=False)
-    return np.asarray(sizes[:, min(rows, positions.shape[1]) - 1], dtype=np.float64)
+@dataclass(frozen=True, eq=False)
+class _Regular:
+    """Tells which configurations are not near a singularity.
+
+    Attributes:
+        units: Motion of each joint that counts as 1: a radian, or the range of a slide, shape (n,) [rad | m].
+        size: Largest motion of the frame per unit of a joint, in the drawn configurations [m].
+    """
+
+    query: Evaluator
+    required: FollowsCurve
+    units: Floats
+    size: float
+
+    @staticmethod
+    def of(query: Evaluator, required: FollowsCurve, drawn: Floats) -> "_Regular":
+        reduced = query.reduced
+        limits, model = reduced.limits, reduced.scene.robot.model
+        slides = np.array([joint_unit(model, name) == "m" for name in limits.joint_names])
+        ranges = np.where(np.isfinite(limits.upper - limits.lower), limits.upper - limits.lower, 2.0 * np.pi)
+        units = np.where(slides, ranges, 1.0)
+        at = moving_frame(query, required.frame, drawn, required.reference, required.offset)
+        moved = np.linalg.norm(at.point_jacobian * units, axis=1)
+        return _Regular(query, required, units, float(moved.max()))
+
+    def __call__(self, positions: Floats) -> Bools:
+        need = self.required
+        at = moving_frame(self.query, need.frame, positions, need.reference, need.offset)
+        angular, rows = at.angular_jacobian, 6
+        if need.spin is not None:
+            axis = at.rotation @ need.spin
+            angular, rows = angular - axis[:, :, None] * np.einsum("si,sij->sj", axis, angular)[:, None], 5
+        jacobian = np.concatenate((at.point_jacobian, RADIAN * self.size * angular), axis=1) * self.units
+        sizes = np.linalg.svd(jacobian, compute_uv=False)
+        return sizes[:, min(rows, positions.shape[1]) - 1] >= NEARLY_SINGULAR * self.size
 
 
 def _turned(required: FollowsCurve, length: float, turn: float) -> FramePlacement:
