@@ -132,6 +132,38 @@ def test_a_jump_between_branches_is_named(tmp_path: Path) -> None:
     assert through.complete, "straight on there is no jump"
 
 
+def test_motions_that_an_arm_of_few_joints_lacks_are_named(tmp_path: Path) -> None:
+    """Two joints turn about z, one about y: the hand never tilts about x, and turns as it moves aside."""
+    arm = robot(
+        tmp_path,
+        link_xml("base"), link_xml("a"), link_xml("b"), link_xml("hand"),
+        joint_xml("pan", "base", "a"),
+        joint_xml("nod", "a", "b", x=0.3, axis="0 1 0"),
+        joint_xml("end", "b", "hand", kind="fixed", x=0.2),
+    )  # fmt: skip
+    begin = to.placement((0.5, 0.0, 0.0))
+
+    def why(x: float, y: float, roll: float = 0.0, **options: float) -> str:
+        end = begin * to.placement((x, y, 0.0), rpy=(roll, 0.0, 0.0))
+        required = follows_curve("hand", line(begin, end), **options)
+        stop = follow(to.Scene(arm), required, start={"pan": 0.0}, group="all").stop
+        assert stop is not None
+        assert stop.status is Status.OUT_OF_REACH
+        return stop.message
+
+    assert "needs the arm to turn hand about x of its axes there, which its 2 joints cannot" in why(0, 0, 0.5)
+    assert "moves hand along y of its axes only while it turns about z" in why(0.0, 0.1)
+    assert why(0.0, 0.1).endswith("; spin or rotation_tolerance frees its rotation")
+    away = why(0.1, 0.0, rotation_tolerance=np.inf)
+    assert "needs the arm to move hand along x of its axes there, which its 2 joints cannot" in away
+    scene, fixed = to.Scene(arm), FollowOptions(begin=Begin.ANY_BRANCH)
+    tilted = line(to.placement((0.5, 0.0, 0.0), rpy=(0.5, 0.0, 0.0)), to.placement((0.4, 0.0, 0.0)))
+    nowhere = follow(scene, follows_curve("hand", tilted), start={"pan": 0.0}, group="all", options=fixed)
+    assert nowhere.stop is not None
+    assert "at the beginning of the curve: the nearest of the configurations" in nowhere.stop.message
+    assert "2 joints move in group all, and the goal fixes 6 axes of hand" in nowhere.stop.message
+
+
 def test_redundancy_is_used() -> None:
     """Held as it is, joint 1 would end at its limit; the others take over."""
     begin = {**panda().state("ready"), "panda_joint1": 2.6}

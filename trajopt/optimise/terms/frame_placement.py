@@ -17,7 +17,6 @@ from trajopt.problem.requirements import FollowsCurve, FramePlacement, RotationC
 from trajopt.problem.residual import WHOLE, Constraint, Window, constraint
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Rows, Value
-from trajopt.values.placement import as_quaternion
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -81,17 +80,26 @@ def rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
     angle = np.arctan2(sine, cosine)
     ratio = np.where(sine < TINY, 1.0, angle / np.maximum(sine, TINY))
     skew = (0.5 * ratio)[:, None, None] * difference
-    for half_turn in np.flatnonzero((sine < TINY) & (cosine < 0.0)):
-        quaternion = as_quaternion(rotation[half_turn])
-        length = float(np.linalg.norm(quaternion[:3]))
-        x, y, z = quaternion[:3] / length * (2.0 * np.arctan2(length, quaternion[3]))
-        skew[half_turn] = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
+    half = np.flatnonzero((sine < TINY) & (cosine < 0.0))
+    if len(half):
+        skew[half] = angle[half, None, None] * _half_turns(rotation[half], difference[half], cosine[half])
     small = angle < 1e-4
     safe = np.where(small, 1.0, angle)
     # 1/t^2 - (1 + cos t) / (2 t sin t), written with the half angle, which is finite at pi.
     factor = np.where(small, 1.0 / 12.0, (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2)
     rate = np.eye(3) + 0.5 * skew + factor[:, None, None] * (skew @ skew)
     return skew[:, (2, 0, 1), (1, 2, 0)], rate
+
+
+def _half_turns(rotation: Floats, difference: Floats, cosine: Floats) -> Floats:
+    """Return [a]x, shape (S, 3, 3), of turns near pi, where (R + R^T) / 2 = cos t I + (1 - cos t) a a^T."""
+    even = 0.5 * (rotation + np.swapaxes(rotation, 1, 2)) - cosine[:, None, None] * np.eye(3)
+    columns = np.einsum("sii->si", even).argmax(axis=1)
+    axis = np.take_along_axis(even, columns[:, None, None], axis=2)[:, :, 0]
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    odd = difference[:, (2, 0, 1), (1, 2, 0)]
+    axis *= np.where(np.einsum("si,si->s", axis, odd) < 0.0, -1.0, 1.0)[:, None]
+    return np.asarray(np.cross(np.eye(3), axis[:, None]), dtype=np.float64)
 
 
 def _xyz_euler(rotation: Floats) -> tuple[Floats, Floats]:
@@ -183,6 +191,16 @@ class CurveError(Value):
     @property
     def name(self) -> str:
         return f"curve of {self.required.frame}"
+
+    @property
+    def axes_of_rotation(self) -> Floats:
+        """Axes of the components of the rotation error, shape (d, 3)."""
+        if np.isinf(self.required.rotation_tolerance):
+            return np.empty((0, 3))
+        if self.required.spin is None:
+            return np.eye(3)
+        # The components are those of a turn's cross product with the axis of the spin.
+        return np.asarray(np.cross(self.required.spin, self._across), dtype=np.float64)
 
     @cached_property
     def _across(self) -> Floats:

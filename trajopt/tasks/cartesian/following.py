@@ -211,10 +211,7 @@ class _Following:
         nothing = np.empty((0, len(reduced.joint_names)))
         if self.options.begin is Begin.ANY_BRANCH:
             found = beginnings(on_curve, most=self.options.branches, rng=self.rng)
-            if len(found):
-                return found, None
-            words = "for the beginning of the curve"
-            return nothing, stop_reason(on_curve, Status.NO_INVERSE_KINEMATICS, 0.0, words)
+            return (nothing, found) if isinstance(found, StopReason) else (found, None)
         judge = Judge(reduced)
         seen = judge.examine(reduced.start_positions, moment=Moment.START)
         if seen.out_of_limits:

@@ -9,6 +9,7 @@ from trajopt.geometry import evaluator
 from trajopt.optimise.kinematics.inverse import goal_candidates
 from trajopt.optimise.transcription.knots import CLEARANCE_TOLERANCE
 from trajopt.optimise.transcription.margins import TaperedMargins, tapered_margins
+from trajopt.planning.infeasibility import reasons
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, axis_alignment, frame_placement
@@ -17,7 +18,7 @@ from trajopt.tasks.cartesian.program import knot_stations, on_the_curve
 from trajopt.tasks.cartesian.result import StopReason
 from trajopt.tasks.cartesian.tracking import FARTHEST, CurveTrack, OnCurve, resampled, stations_of, track
 from trajopt.values.arrays import Bools, Floats, Ints, readonly
-from trajopt.values.printed import in_joint_position, in_unit
+from trajopt.values.printed import in_axis, in_joint_position, in_number, in_unit
 
 LEAST = 1e-4
 """Smallest part of a curve returned as a motion."""
@@ -142,20 +143,25 @@ CONE = 1e-4
 """Alignment of the axis of a free spin before Newton's method takes over [rad]."""
 
 
-def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Floats:
+def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Floats | StopReason:
     """Search clear first configurations of the curve, nearest to the start first, shape (b, n)."""
-    counts = on_curve.query.counts
+    counts, wanted = on_curve.query.counts, _at_beginning(on_curve)
     found = goal_candidates(
         evaluator(on_curve.reduced, counts),
-        _at_beginning(on_curve),
+        wanted,
         rng=rng,
         check=lambda: on_curve.tracker.check(counts),
     )
-    if not found.free:
-        return np.empty((0, len(on_curve.reduced.joint_names)))
-    drawn = np.array(found.free[:most])
-    exact = on_curve(drawn, np.zeros(len(drawn)))
-    return exact.positions[exact.held]
+    if found.free:
+        drawn = np.array(found.free[:most])
+        exact = on_curve(drawn, np.zeros(len(drawn)))
+        if exact.held.any():
+            return exact.positions[exact.held]
+    status = Status.NO_INVERSE_KINEMATICS if found.blocking is None else Status.GOAL_IN_COLLISION
+    why = "the configurations found need more torque to rest than the limits allow"
+    if not found.overloaded:
+        why = reasons.no_goal_configuration(on_curve.reduced, found, wanted)
+    return stop_reason(on_curve, status, 0.0, f"at the beginning of the curve: {why}")
 
 
 def _at_beginning(on_curve: OnCurve) -> tuple[Requirement, ...]:
@@ -414,8 +420,34 @@ def untracked(on_curve: OnCurve, found: CurveTrack, rng: np.random.Generator) ->
             f"the smallest singular value of the Jacobian is {singular:.2g}"
         )
         return stop_reason(on_curve, Status.BRANCH_JUMP, s, text, joint=name, amount=float(nearest[joint]))
-    text = f"no configuration holds the curve there; the smallest singular value is {singular:.2g}"
+    text = _lacking(on_curve, q, s, float(ahead[1])) or (
+        f"no configuration holds the curve there; the smallest singular value is {singular:.2g}"
+    )
     return stop_reason(on_curve, Status.OUT_OF_REACH, s, text)
+
+
+PART = 0.02
+"""A smaller share of a missing motion is not named."""
+
+
+def _lacking(on_curve: OnCurve, positions: Floats, s: float, ahead: float) -> str:
+    found = on_curve.lacking(positions, s, ahead)
+    if found is None:
+        return ""
+    along, about = found
+    sizes = [float(np.linalg.norm(each)) for each in found]
+    joints = in_number(on_curve.limits.joint_names, "joint", "joints")
+    frame, turns = on_curve.required.frame, f"about {in_axis(about / max(sizes[1], PART))}"
+    moves = f"along {in_axis(along / max(sizes[0], PART))}"
+    if min(sizes) > PART:
+        turns = f"about {in_axis(-about / sizes[1])}"
+        text = f"with its {joints} the arm moves {frame} {moves} of its axes only while it turns {turns}"
+    else:
+        motion = f"turn {frame} {turns}" if sizes[1] > PART else f"move {frame} {moves}"
+        text = f"the curve needs the arm to {motion} of its axes there, which its {joints} cannot"
+    if sizes[1] <= PART:
+        return text
+    return f"{text}; {'spin or ' * (on_curve.required.spin is None)}rotation_tolerance frees its rotation"
 
 
 def stop_reason(

@@ -27,6 +27,8 @@ SINGULAR = 1e-3
 """Singular values below this share of the largest are damped [-]."""
 TILTED = 0.7
 """Share of the tolerance of rotation that a tilt may use: the rest is for chords and rounded corners."""
+NO_MOTION = 1e-6
+"""Singular values below this share of the largest, and needed motions below this share, count as none [-]."""
 LEAST_TURN_LENGTH = 0.01
 """Smallest length of a radian: rows of rotations below `SINGULAR` would be damped [m/rad]."""
 DISTANCE_ROW = 3
@@ -195,6 +197,24 @@ class OnCurve:
     def free_direction(self, q: Floats, s: Floats) -> Floats:
         _, jacobian = self.errors(q, s)
         return np.asarray(np.linalg.svd(jacobian)[2][:, -1], dtype=np.float64)
+
+    def lacking(self, positions: Floats, s: float, ahead: float) -> tuple[Floats, Floats] | None:
+        """Return the motion from length `s` to `ahead` along the curve that no motion of the joints makes.
+
+        Returns:
+            Shares of translation and rotation, along and about the axes of the frame, each shape (3,); None
+            if the joints make all of it.
+        """
+        value, jacobian = self.errors(np.tile(positions, (2, 1)), np.array((s, ahead)))
+        left, sizes, _ = np.linalg.svd(np.asarray(jacobian[0], dtype=np.float64), full_matrices=True)
+        lost = left[:, int((sizes > NO_MOTION * sizes[0]).sum()) :]
+        needed = value[0] - value[1]
+        missing: Floats = lost @ (lost.T @ needed)
+        size = float(np.linalg.norm(missing))
+        if size <= NO_MOTION * float(np.linalg.norm(needed)):
+            return None
+        missing /= size
+        return missing[:3], self._term.axes_of_rotation.T @ missing[3:]
 
     def smallest_singular_value(self, q: Floats, s: Floats) -> Floats:
         _, jacobian = self.errors(q, s)
