@@ -1,4 +1,4 @@
-"""Groups that move together: one proven motion, with begin and end of each."""
+"""Two arms: groups that move together in one proven motion, and a hand for each."""
 
 from pathlib import Path
 
@@ -6,10 +6,25 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.driving import run
 from trajopt.files.bundle import read_result
-from trajopt.tasks import AnyOrder, Dwell, MoveTo, Task, TaskResult, TaskStage, Together, read_task
+from trajopt.tasks import (
+    AnyOrder,
+    Dwell,
+    MoveTo,
+    PickObject,
+    PlaceObject,
+    SetGripper,
+    Task,
+    TaskResult,
+    TaskStage,
+    Together,
+    read_task,
+)
+from trajopt.tasks.grasping import Place, grasps_of, gripper_of, pick_and_place
+from trajopt.tasks.grasping.simulation import Hold
 from trajopt.tasks.remaining import RemainingStages
-from trajopt.values.errors import ProblemError
+from trajopt.values.errors import GripperError, ProblemError
 
 LEFT, RIGHT = "left_panda_arm", "right_panda_arm"
 TOOLS = {LEFT: "left_panda_hand_tcp", RIGHT: "right_panda_hand_tcp"}
@@ -134,3 +149,51 @@ stages:
 def test_groups_that_cannot_move_together_are_refused(arms: to.Scene, stage: object, words: str) -> None:
     with pytest.raises(ProblemError, match=words):
         task(arms, stage())  # pyright: ignore[reportCallIssue, reportUnknownArgumentType]
+
+
+@pytest.fixture(scope="module")
+def parts(arms: to.Scene) -> to.Scene:
+    arms = arms.add("table", to.Box(0.6, 1.2, 0.04), to.placement((0.5, 0.0, -0.02)))
+    for name, y in (("cup", 0.3), ("can", -0.3)):
+        arms = arms.add(name, to.Cylinder(0.03, 0.12), to.placement((0.5, y, 0.06)), mass=0.2)
+    return arms
+
+
+YAML = """
+group: both
+start: ready
+stages:
+  - {pick: cup, end_effector: left_hand}
+  - {pick: can, end_effector: right_hand}
+  - {place: cup, at: {position: [0.5, 0.15, 0.06]}}
+  - {place: can, at: {position: [0.5, -0.15, 0.06]}}
+"""
+
+
+def test_each_hand_holds_its_own_object(parts: to.Scene, tmp_path: Path) -> None:
+    (tmp_path / "job.yaml").write_text(YAML)
+    job = read_task(tmp_path / "job.yaml", parts)
+    found = to.plan(job)
+    assert found.verified, found.explain()
+    rollout = to.simulate(found)
+    assert [each.hold for each in rollout.handlings] == [Hold.HELD, Hold.HELD], rollout.summary()
+    with pytest.raises(ProblemError, match="'left_panda_hand_tcp', 'right_panda_hand_tcp', but only one"):
+        run(job)
+
+
+def test_the_hand_of_a_group_is_known(parts: to.Scene) -> None:
+    robot = parts.robot
+    for group, side in ((LEFT, "left"), ("right_panda_manipulator", "right")):
+        assert gripper_of(robot, group=group).group == f"{side}_hand"
+    with pytest.raises(GripperError, match="left_hand, right_hand: pass gripper=gripper_of"):
+        gripper_of(robot, group="both")
+    with pytest.raises(ProblemError, match=r"stage 'gripper'.*left_hand, right_hand"):
+        task(parts, SetGripper(0.02))
+    left = gripper_of(robot, end_effector="left_hand")
+    place = Place(placement=to.placement((0.5, 0.15, 0.06)))
+    grasps = grasps_of(parts, "cup", left)
+    alone = pick_and_place(parts, "cup", start="ready", grasps=grasps, places=place, group=LEFT)
+    assert alone.verified
+    assert alone.gripper.group == "left_hand"
+    picked = PickObject("cup", grasps, left)
+    assert to.plan(task(parts, picked, PlaceObject("cup", place))).verified

@@ -127,6 +127,7 @@ class DrivenTask(Printed):
     _allowed: tuple[ContactAllowance, ...] = ()
     _not_before: float = -inf
     _lead: float = 0.0
+    _hand: Gripper | None = None
     _begun_at: float = 0.0
     _stages: Sequence[TaskStage] = field(init=False)
     _positions: Floats = field(init=False)
@@ -146,8 +147,8 @@ class DrivenTask(Printed):
             return
         if gripper.state().holding:
             self._taken = held_objects(task.scene)
-        for stage in moved[:1]:
-            hand = hand_of(task.scene, stage.gripper)
+        if moved:
+            hand = self._hand = _only_hand(task, moved)
             both = sorted(set(self.commitment.executor.joint_names) & set(hand.joint_names))
             if both:
                 raise ProblemError(
@@ -407,7 +408,8 @@ class DrivenTask(Printed):
         assert isinstance(stage, SetGripper | PickObject | PlaceObject)
         assert self.gripper is not None
         scene, opened = segment.scene, segment.positions(0.0)
-        hand = hand_of(scene, stage.gripper)
+        hand = self._hand
+        assert hand is not None
         if not isinstance(stage, PickObject) or not segment.stages[0].endswith(": close"):
             self.gripper.move(hand.opening_at(scene.robot, segment.end))
             self._release(self._taken)
@@ -493,6 +495,20 @@ def _elsewhere(name: str, before: Scene, now: Scene) -> bool:
     away = before.holder(name).placement.inverse() * now.holder(name).placement
     turned = float(np.arccos(np.clip((np.trace(away.rotation) - 1.0) / 2.0, -1.0, 1.0)))
     return float(np.linalg.norm(away.translation)) > MOVED or turned > TURNED
+
+
+def _only_hand(task: Task, moved: Sequence[SetGripper | PickObject | PlaceObject]) -> Gripper:
+    picked = {stage.object for stage in moved if isinstance(stage, PickObject)}
+    hands = {
+        hand.tool: hand
+        for stage in moved
+        if not (isinstance(stage, PlaceObject) and stage.gripper is None and stage.object in picked)
+        for hand in (hand_of(task.scene, stage.gripper, task.group),)
+    }
+    if len(hands) > 1:
+        tools = ", ".join(map(shown, hands))
+        raise ProblemError(f"the task moves the grippers of {tools}, but only one can be driven")
+    return next(iter(hands.values()))
 
 
 def _nearest_grasp(stage: PickObject, scene: Scene, hand: Gripper, positions: Floats) -> Grasp:

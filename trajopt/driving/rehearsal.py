@@ -293,7 +293,7 @@ class _Cell:
             sensors=surprises.sensors,
             faults=surprises.faults,
             options=SimulationOptions(dt=TASK_STEP),
-            gripper=hand_of(task.scene, hands[0].gripper) if hands else None,
+            gripper=hand_of(task.scene, hands[0].gripper, task.group) if hands else None,
             loose=self._loose,
         )
         joints = task.scene.robot.index(task.scene.robot.group(task.group).joints)

@@ -485,11 +485,12 @@ class _Press:
     def __init__(self, phase: Phase, joint_names: tuple[str, ...], dt: float) -> None:
         self._forces = np.array([phase.presses.get(name, 0.0) for name in joint_names])
         self._pressing = self._forces != 0.0
-        self._grows = bool(set(phase.presses) & set(phase.trajectory.joint_names))
+        self._grows = np.isin(joint_names, phase.trajectory.joint_names)
         self._since, self._rest = phase.trajectory.duration, max(phase.rest, dt)
 
     def __call__(self, t: float, torques: Floats) -> Floats:
-        share = min(max((t - self._since) / self._rest, 0.0), 1.0) if self._grows else 1.0
+        grown = min(max((t - self._since) / self._rest, 0.0), 1.0)
+        share = np.where(self._grows, grown, 1.0)
         return np.where(self._pressing, (1.0 - share) * torques + share * self._forces, torques)
 
 

@@ -14,7 +14,7 @@ from trajopt.tasks.any_order import AnyOrder
 from trajopt.tasks.cartesian.curves import polyline, pose_of, read_poses
 from trajopt.tasks.cartesian.following import Begin, FollowOptions
 from trajopt.tasks.grasping.grasp import Place, grasps_of
-from trajopt.tasks.grasping.gripper import gripper_of
+from trajopt.tasks.grasping.gripper import Gripper, gripper_of
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject, SetGripper
 from trajopt.tasks.search import TaskStage
 from trajopt.tasks.stages import (
@@ -50,7 +50,8 @@ def read_task(path: Path | str, scene: Scene) -> Task:
     and optionally `name`:
 
     - `move_to`: a state, joint -> position [rad | m], or a pose of the tool; optionally `group`,
-    - `dwell` [s], `gripper` (opening [m]), `pick` (an object, with proposed grasps), `place` with `at`,
+    - `dwell` [s], `gripper` (opening [m]), `pick` (an object, with proposed grasps), `place` with `at`; the
+      last three optionally with the gripper's `end_effector`,
     - `attach` with `link` and optionally `touch_links` (a list) and `within` [m], `detach`,
     - `move_object` with `to` and optionally `seconds`,
     - `follow` (a frame) with `poses` or `file`, optionally `blend`, `speed` [m/s], `steady`, `off` [m],
@@ -79,12 +80,13 @@ def task_in(
         folder: Folder of the files of curves; None refuses them.
     """
     document.only(("start", "stages", "group", "blend", "name"))
-    cell = _Cell(scene, folder)
+    group = document["group"].text(default="")
+    cell = _Cell(scene, folder, group)
     return Task(
         scene=scene,
         start=_configuration(document["start"]) if document.has("start") else start,
         stages=[_stage(node, cell) for node in document["stages"].elements()],
-        group=document["group"].text(default=""),
+        group=group,
         blend=document["blend"].number(default=0.0),
         name=document["name"].text(default=name),
     )
@@ -94,6 +96,12 @@ def task_in(
 class _Cell:
     scene: Scene
     folder: Path | None
+    group: str
+
+    def gripper(self, node: Node) -> Gripper | None:
+        """Return the gripper of a stage's end effector; None if it names none."""
+        named = node["end_effector"].text(default="")
+        return gripper_of(self.scene, end_effector=named) if named else None
 
 
 def _stage(node: Node, cell: _Cell) -> TaskStage:
@@ -128,12 +136,18 @@ def _move_to(node: Node, goal: Node, cell: _Cell, name: str) -> TaskStage:
     return MoveTo(_pose(goal) if pose else _configuration(goal), name=name, group=group)
 
 
-def _pick(_: Node, picked: Node, cell: _Cell, name: str) -> TaskStage:
-    return PickObject(picked.text(), grasps_of(cell.scene, picked.text(), gripper_of(cell.scene)), name=name)
+def _gripper(node: Node, opening: Node, cell: _Cell, name: str) -> TaskStage:
+    return SetGripper(opening.number(), cell.gripper(node), name=name)
 
 
-def _place(node: Node, placed: Node, _: _Cell, name: str) -> TaskStage:
-    return PlaceObject(placed.text(), Place(placement=_pose(node["at"])), name=name)
+def _pick(node: Node, picked: Node, cell: _Cell, name: str) -> TaskStage:
+    gripper = cell.gripper(node)
+    grasps = grasps_of(cell.scene, picked.text(), gripper or gripper_of(cell.scene, group=cell.group))
+    return PickObject(picked.text(), grasps, gripper, name=name)
+
+
+def _place(node: Node, placed: Node, cell: _Cell, name: str) -> TaskStage:
+    return PlaceObject(placed.text(), Place(placement=_pose(node["at"])), cell.gripper(node), name=name)
 
 
 def _follow(node: Node, frame: Node, cell: _Cell, name: str) -> TaskStage:
@@ -205,9 +219,9 @@ Read = Callable[[Node, Node, _Cell, str], TaskStage]
 _READERS: Mapping[str, tuple[tuple[str, ...], Read]] = {
     "move_to": (("group",), _move_to),
     "dwell": ((), lambda _, value, __, name: Dwell(value.number(), name=name)),
-    "gripper": ((), lambda _, value, __, name: SetGripper(value.number(), name=name)),
-    "pick": ((), _pick),
-    "place": (("at",), _place),
+    "gripper": (("end_effector",), _gripper),
+    "pick": (("end_effector",), _pick),
+    "place": (("at", "end_effector"), _place),
     "attach": (("link", "touch_links", "within"), _attach),
     "detach": ((), lambda _, value, __, name: DetachObject(value.text(), name=name)),
     "move_object": (("to", "seconds"), _move_object),

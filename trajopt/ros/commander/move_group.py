@@ -151,7 +151,7 @@ class GroupMotions(GroupBase):
         """
         at = self._world.positions
         constraints, scene = self._while_held(self._world.scene)
-        gripper = gripper_of(scene.robot)
+        gripper = gripper_of(scene.robot, group=self._group.name)
         given = [grasp] if is_message(grasp, "grasp_pose") else list(grasp)
         made = [
             grasp_of(each, object_name, scene, gripper, link=self._link(""), at=at) for each in given

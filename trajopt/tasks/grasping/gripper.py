@@ -166,7 +166,9 @@ FAR = 10.0
 """Largest measured distance of the pads [m]."""
 
 
-def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: str | None = None) -> Gripper:
+def gripper_of(
+    robot: Robot | Scene, *, end_effector: str | None = None, tool: str | None = None, group: str = ""
+) -> Gripper:
     """Return the gripper that a robot's SRDF describes, measured on its collision bodies.
 
     The group of the end effector must move exactly two links towards each other. Their distance is measured
@@ -177,6 +179,7 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
         robot: The robot; or a scene with it, whose tools count too.
         end_effector: Its name; optional if there is only one.
         tool: The frame between the pads; the last frame of the arm if None.
+        group: Planning group; of several the one counts that most of its joints move.
 
     Raises:
         GripperError: If there is no end effector, or it is not a gripper with two fingers.
@@ -188,7 +191,7 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
             one_of(label, given, str)
     given = robot if isinstance(robot, Scene) else Scene(one_of("robot", robot, Robot))
     robot, scene = given.robot, Scene(given.robot, tools=given.tools_on_links)
-    effector, standing = _effector(robot, end_effector), robot.positions()
+    effector, standing = _effector(robot, end_effector, one_of("group", group, str)), robot.positions()
     reduced = reduce_model(scene, effector.group, standing)
     limits = reduced.limits
     if not (np.isfinite(limits.lower).all() and np.isfinite(limits.upper).all()):
@@ -278,7 +281,7 @@ def _fingers(reduced: ReducedModel) -> tuple[str, str]:
     return moved[0], moved[1]
 
 
-def _effector(robot: Robot, name: str | None) -> EndEffector:
+def _effector(robot: Robot, name: str | None, group: str) -> EndEffector:
     known = {
         key: item
         for key, item in robot.end_effectors.items()
@@ -290,14 +293,23 @@ def _effector(robot: Robot, name: str | None) -> EndEffector:
         if name not in known:
             raise GripperError(robot.name, f"end effector {shown(name)} has no joint to close")
         return known[name]
+    if len(known) > 1 and group:
+        moved = {key: _moved(robot, item, set(robot.group(group).joints)) for key, item in known.items()}
+        known = {key: known[key] for key, count in moved.items() if count == max(moved.values())}
     if len(known) != 1:
         reason = (
             "its SRDF names no <end_effector> with joints (`trajopt srdf` proposes one)"
             if not known
-            else (f"name the end effector: {', '.join(known)}")
+            else (f"it has several, {', '.join(known)}: pass gripper=gripper_of(robot, end_effector=...)")
         )
         raise GripperError(robot.name, reason)
     return next(iter(known.values()))
+
+
+def _moved(robot: Robot, effector: EndEffector, joints: set[str]) -> int:
+    """Return how many of some joints move an end effector."""
+    joint = robot.model.frames[robot.model.getFrameId(effector.parent_link)].parentJoint
+    return len(joints & {str(robot.model.names[each]) for each in robot.model.supports[joint]})
 
 
 def _arm(robot: Robot, effector: EndEffector) -> str:

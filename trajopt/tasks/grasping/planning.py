@@ -70,7 +70,7 @@ def pick_and_place(
     """
     job = _job(scene, name, start, group, gripper, options, degrees=degrees)
     stages = [_pick(name, grasps, gripper, constraints), _place(name, places, gripper, constraints)]
-    return _planned(scene, job, stages, rng, budget, cancel, progress)
+    return _planned(scene, group, job, stages, rng, budget, cancel, progress)
 
 
 @checked
@@ -96,7 +96,7 @@ def pick(
     """
     job = _job(scene, name, start, group, gripper, options, degrees=degrees)
     stages = [_pick(name, grasps, gripper, constraints)]
-    return _planned(scene, job, stages, rng, budget, cancel, progress)
+    return _planned(scene, group, job, stages, rng, budget, cancel, progress)
 
 
 @checked
@@ -127,7 +127,7 @@ def place(
     """
     job = _job(scene, name, start, group, gripper, options, degrees=degrees)
     stages = [_place(name, places, gripper, constraints, opening)]
-    return _planned(scene, job, stages, rng, budget, cancel, progress)
+    return _planned(scene, group, job, stages, rng, budget, cancel, progress)
 
 
 def _pick(
@@ -160,7 +160,7 @@ def _job(
 ) -> Callable[..., Task]:
     robot = one_of("scene", scene, Scene).robot
     scene.object(one_of("name", name, str))
-    arm = one_of("group", group, str) or arm_of(robot, hand_of(scene, gripper))
+    arm = one_of("group", group, str) or arm_of(robot, hand_of(scene, gripper, ""))
     return partial(
         Task,
         scene=scene,
@@ -174,6 +174,7 @@ def _job(
 
 def _planned(
     scene: Scene,
+    group: str,
     job: Callable[..., Task],
     stages: Sequence[PickObject | PlaceObject],
     rng: np.random.Generator | None,
@@ -183,7 +184,7 @@ def _planned(
 ) -> PickPlaceResult:
     held = held_objects(scene)
     for stage in stages:  # the task itself would add the name of the stage to each message
-        held = stage.held_after(scene, "", held)
+        held = stage.held_after(scene, group, held)
     task = job(stages=stages)
     name, gripper = task.name, stages[0].gripper
     found = task.planned(rng=rng, budget=budget, cancel=cancel, progress=progress)
@@ -197,7 +198,7 @@ def _planned(
         final_scene=task.scene,
         start=found.start,
         group=task.group,
-        gripper=hand_of(task.scene, gripper),
+        gripper=hand_of(task.scene, gripper, task.group),
         status=found.status,
         grasp=None,
         place=None,

@@ -16,7 +16,7 @@ from trajopt.tasks.grasping.grasp import Grasp, Place, Straight
 from trajopt.tasks.grasping.gripper import Gripper, gripper_of
 from trajopt.tasks.grasping.straight import along_line, track_line, up, vector_of
 from trajopt.tasks.result import Handling
-from trajopt.tasks.search import Leg, TaskSearch, TaskState, Way, check_frames
+from trajopt.tasks.search import Leg, TaskSearch, TaskState, Way, check_frames, held_objects
 from trajopt.tasks.sequence import NO_NAMES, CandidateNames, StageRefusal
 from trajopt.values.arrays import Floats, Value, number, one_of, several
 from trajopt.values.errors import ProblemError, shown
@@ -46,13 +46,11 @@ class SetGripper(Value):
     default_name = "gripper"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        del group
-        hand_of(scene, self.gripper).joints_at(self.opening)
+        hand_of(scene, self.gripper, group).joints_at(self.opening)
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        del search
-        yield fingers(state, hand_of(state.scene, self.gripper), self.opening, self.name)
+        yield fingers(state, hand_of(state.scene, self.gripper, search.group), self.opening, self.name)
 
 
 @checked
@@ -80,9 +78,8 @@ class PickObject(Value):
         return f"pick {self.object}"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        del group
         scene.object(self.object)
-        hand_of(scene, self.gripper)
+        hand_of(scene, self.gripper, group)
         for frame in (line.frame for grasp in self.grasps for line in (grasp.approach, grasp.lift)):
             scene.holder(frame)
         check_frames(scene, self.constraints)
@@ -95,7 +92,7 @@ class PickObject(Value):
         return held | {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        gripper = hand_of(state.scene, self.gripper)
+        gripper = hand_of(state.scene, self.gripper, search.group)
         for given in self.grasps:
             lines = _blended(given.approach, search), _blended(given.lift, search)
             yield from self._by(replace(given, approach=lines[0], lift=lines[1]), gripper, search, state)
@@ -186,6 +183,7 @@ class PlaceObject(Value):
 
     Attributes:
         places: In order of preference.
+        gripper: If None, the one that picked the object.
         constraints: Requirements while it is carried and lowered.
         opening: Of the fingers at release [m]; if None, as in the grasp, or 2 cm more than before the stage
             if the object was not grasped, or the largest possible.
@@ -211,9 +209,9 @@ class PlaceObject(Value):
         return f"place {self.object}"
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        del group
         scene.object(self.object)
-        hand_of(scene, self.gripper)
+        if self.gripper is not None or self.object in held_objects(scene):
+            hand_of(scene, self.gripper, group)
         check_frames(scene, self.constraints)
         assert not isinstance(self.places, Place)
         for place in self.places:
@@ -228,7 +226,9 @@ class PlaceObject(Value):
         return held - {self.object}
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        gripper = hand_of(state.scene, self.gripper)
+        picked = _unfinished(state, self.object)[1]
+        given = picked.gripper if self.gripper is None and picked is not None else self.gripper
+        gripper = hand_of(state.scene, given, search.group)
         assert not isinstance(self.places, Place)
         for given in self.places:
             lines = _blended(given.lower, search), _blended(given.retreat, search)
@@ -382,9 +382,9 @@ def _blended(line: Straight, search: TaskSearch) -> Straight:
     return replace(line, distance=max(line.distance - search.blend, 0.5 * line.distance))
 
 
-def hand_of(scene: Scene, given: Gripper | None) -> Gripper:
-    """Return a given gripper, or the SRDF's."""
-    return gripper_of(scene) if given is None else one_of("gripper", given, Gripper)
+def hand_of(scene: Scene, given: Gripper | None, group: str) -> Gripper:
+    """Return a given gripper, or the one of the SRDF that a group moves."""
+    return gripper_of(scene, group=group) if given is None else one_of("gripper", given, Gripper)
 
 
 def _refused(stage: str, names: CandidateNames, step: str, status: Status, reason: str) -> StageRefusal:
