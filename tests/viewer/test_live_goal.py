@@ -17,7 +17,7 @@ def bench() -> Workbench:
 
 
 def moved(bench: Workbench, by: tuple[float, float, float]) -> to.Placement:
-    now = bench.hand_now
+    now = bench.placement_of(bench.hand)
     return to.placement(now.translation + np.array(by), quaternion=now.quaternion)
 
 

@@ -62,14 +62,16 @@ def test_a_shape_without_sizes_cannot_be_resized(bench: Workbench) -> None:
 def test_an_object_is_grasped_carried_and_put_down(bench: Workbench) -> None:
     name = added(bench, ObjectKind.BOX)
     bench.change(objects.resized(bench.scene, name, {"x": 0.03, "y": 0.03, "z": 0.06}))
-    bench.change(objects.moved(bench.scene, name, bench.hand_now))
+    bench.change(objects.moved(bench.scene, name, bench.placement_of(bench.hand)))
     bench.change(objects.grasped(bench.reduced, name, bench.hand))
     assert objects.is_carried(bench.scene, name)
     assert to.examine(bench.reduced, bench.positions).collisions == ()
     with pytest.raises(ModelError, match="carries"):
         objects.moved(bench.scene, name, to.placement((0.0, 0.0, 1.0)))
     bench.stand(bench.positions + np.array((0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
-    np.testing.assert_allclose(bench.placement_of(name).translation, bench.hand_now.translation, atol=1e-9)
+    np.testing.assert_allclose(
+        bench.placement_of(name).translation, bench.placement_of(bench.hand).translation, atol=1e-9
+    )
     bench.change(objects.put_down(bench.reduced, name))
     assert not objects.is_carried(bench.scene, name)
     there = bench.placement_of(name).translation

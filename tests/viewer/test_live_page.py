@@ -37,7 +37,7 @@ def live(motion: Motion) -> Iterator[LiveView]:
 
 def lifted(live: LiveView, by: float = 0.1) -> to.Placement:
     """A place over where the hand is."""
-    now = live._bench.hand_now
+    now = live._bench.placement_of(live._bench.hand)
     return to.placement(now.translation + np.array((0.0, 0.0, by)), quaternion=now.quaternion)
 
 

@@ -61,7 +61,7 @@ def test_an_object_at_the_goal_makes_it_collide(live: LiveView) -> None:
 
 def test_an_attached_object_moves_with_the_robot(live: LiveView) -> None:
     name = put_up(live)
-    live._displace(to.placement(live._bench.hand_now.translation + BELOW))
+    live._displace(to.placement(live._bench.placement_of(live._bench.hand).translation + BELOW))
     assert live.settle(PATIENCE)
     live._objects._press_grasp(None)
     assert live.settle(PATIENCE)
@@ -111,7 +111,7 @@ def test_the_reach_of_the_hand_is_shown_and_hidden(live: LiveView) -> None:
     assert live.settle(PATIENCE) and "m³ without a collision" in live._shown._text.content
     points = live._picture._reach.points
     assert len(points) > 500 and np.linalg.norm(points, axis=1).max() < 1.5
-    hand = live._bench.hand_now.translation
+    hand = live._bench.placement_of(live._bench.hand).translation
     assert np.linalg.norm(points - hand, axis=1).min() < 0.1, "the hand gets to where it is"
     live._shown._ticks["reach"].value = False
     until(lambda: not live._picture._reach.visible, "it stayed")

@@ -94,9 +94,6 @@ class RequestRefused(TrajoptError):
         return {"error": {"kind": self.why.value, "reason": self.reason}}
 
 
-KILOBYTE = 2**10
-
-
 def memory_used(pid: int | None = None) -> int:
     """Return the resident memory of a process, by default this one [bytes]; 0 if unknown."""
     return _pages(pid or os.getpid(), 1)

@@ -2,20 +2,19 @@
 
 import threading
 import time
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol, cast, overload, runtime_checkable
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 
-from trajopt.scene.planned_robot import Planned, PlannedMotion, model_and_trajectory
+from trajopt.scene.planned_robot import Planned, model_and_trajectory
 from trajopt.scene.reduced import ReducedModel
-from trajopt.tasks.sequence import StageRow
+from trajopt.tasks.sequence import MotionSequence
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
-from trajopt.verify.certificate import Certificate
 from trajopt.viewer.clearance import Nearest
 from trajopt.viewer.readout import block_html, clearance_html, joints_html, stages_html
 from trajopt.viewer.scene_view import SceneView
@@ -164,66 +163,16 @@ class PlayedPage(Served):
         """Stop following a run that goes on; other pages have nothing to leave."""
 
 
-class JudgedPlan(PlannedMotion[ReducedModel], Protocol):
-    """A plan with its certificate."""
-
-    @property
-    def certificate(self) -> Certificate:
-        """The certificate."""
-        ...
-
-
-class JudgedResult(Protocol):
-    """The planning result of a motion."""
-
-    def require(self) -> JudgedPlan:
-        """Return the plan, or raise the reason why there is none."""
-        ...
-
-
-class PlayedSegment(Protocol):
-    """One motion of a task, or of a pick and place, with its rest."""
-
-    @property
-    def title(self) -> str:
-        """Names of its stages."""
-        ...
-
-    @property
-    def result(self) -> "JudgedResult":
-        """The planning result."""
-        ...
-
-    @property
-    def duration(self) -> float:
-        """Of motion and rest [s]."""
-        ...
-
-
-@runtime_checkable
-class PlannedSequence(Protocol):
-    """Several motions in order: the result of a task, or of a pick and place."""
-
-    def require(self) -> Sequence[PlayedSegment]:
-        """Return the motions, or raise the reason why there are none."""
-        ...
-
-    @property
-    def tree(self) -> "Sequence[StageRow]":
-        """The stages with time and clearance, items below theirs, and the rejected ways."""
-        ...
-
-
 @overload
 def view(motion: Planned[ReducedModel], *, port: int = 8080, host: str = "127.0.0.1") -> "Viewer": ...
 @overload
-def view(motion: PlannedSequence, *, port: int = 8080, host: str = "127.0.0.1") -> "SequenceViewer": ...
+def view(motion: MotionSequence[Any], *, port: int = 8080, host: str = "127.0.0.1") -> "SequenceViewer": ...
 @overload
 def view(
     motion: ReducedModel, trajectory: Trajectory, *, port: int = 8080, host: str = "127.0.0.1"
 ) -> "Viewer": ...
 def view(
-    motion: Planned[ReducedModel] | PlannedSequence | ReducedModel,
+    motion: Planned[ReducedModel] | MotionSequence[Any] | ReducedModel,
     trajectory: Trajectory | None = None,
     *,
     port: int = 8080,
@@ -247,7 +196,7 @@ def view(
         ProblemError: If the port cannot be opened on this host.
         ShapeError: If the trajectory moves other joints than the group's.
     """
-    if trajectory is None and isinstance(motion, PlannedSequence):
+    if trajectory is None and isinstance(motion, MotionSequence):
         motion.require()
         return SequenceViewer(open_server(host, port), motion)
     single = cast("Planned[ReducedModel] | ReducedModel", motion)
@@ -319,7 +268,7 @@ class Viewer(PlayedPage):
 class SequenceViewer(PlayedPage):
     """A page that shows several motions in order, each in the scene of its time."""
 
-    def __init__(self, server: "GuardedServer", sequence: PlannedSequence) -> None:
+    def __init__(self, server: "GuardedServer", sequence: MotionSequence[Any]) -> None:
         from trajopt.simulation.sampled_motion import motion_of
 
         super().__init__(server)

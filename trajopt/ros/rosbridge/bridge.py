@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from typing import Any, Protocol
+from typing import Any
 
 import msgspec
 
@@ -12,11 +12,11 @@ from trajopt.optimise.methods import METHODS
 from trajopt.ros.rosbridge.actions import ACTIONS, CLOUD, EDITS, SERVICES, OldActions
 from trajopt.ros.rosbridge.cell import Cell
 from trajopt.ros.rosbridge.description import RobotDescription
-from trajopt.ros.rosbridge.offered import OfferedActions, OfferedServices, Provider
+from trajopt.ros.rosbridge.offered import OfferedActions, OfferedServices
 from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.ros.rosbridge.rosapi import RosApi
-from trajopt.ros.rosbridge.topics import TopicClient, Topics
-from trajopt.ros.rosbridge.wire import Incoming, Unusable, plain, written
+from trajopt.ros.rosbridge.topics import Topics
+from trajopt.ros.rosbridge.wire import BridgeClient, Incoming, Unusable, plain, written
 from trajopt.values.errors import TrajoptError
 
 _LOG = logging.getLogger("trajopt.server")
@@ -25,10 +25,6 @@ PACE = 0.1
 SCENE = "/monitored_planning_scene"
 PLANNED = "/display_planned_path"
 PIPELINE = "trajopt"
-
-
-class Connected(TopicClient, Provider, Protocol):
-    """A client, as seen by the bridge."""
 
 
 class Bridge:
@@ -44,7 +40,7 @@ class Bridge:
             RosApi(self.topics, self.offered, self.offered_actions, description, options),
             OldActions(self.topics, cell),
         )
-        self.clients: set[Connected] = set()
+        self.clients: set[BridgeClient] = set()
         self._look, self._revision = asyncio.Event(), -1
         for name, text in (
             ("/robot_description", description.urdf),
@@ -58,7 +54,7 @@ class Bridge:
         for name, (kind, _) in self._edits.items():
             self.topics.expect(name, kind)
 
-    def leave(self, client: Connected) -> None:
+    def leave(self, client: BridgeClient) -> None:
         self.topics.leave(client)
         self.offered.leave(client)
         self.offered_actions.leave(client)
@@ -71,7 +67,7 @@ class Bridge:
             self._revision = -1
         self.look()
 
-    def offer_service(self, client: Connected, name: str, kind: str) -> None:
+    def offer_service(self, client: BridgeClient, name: str, kind: str) -> None:
         if name in SERVICES or name.startswith("/rosapi/"):
             raise Unusable(f"{name} is a service of the server itself")
         self.offered.offer(client, name, kind)
@@ -83,7 +79,7 @@ class Bridge:
         own = {name: server.kind for name, server in ACTIONS.items()}
         return {**{name: plain_name(kind).removesuffix("Action") for name, kind in offered}, **own}
 
-    def offer_action(self, client: Connected, name: str, kind: str) -> None:
+    def offer_action(self, client: BridgeClient, name: str, kind: str) -> None:
         if name in ACTIONS:
             raise Unusable(f"{name} is an action of the server itself")
         self.offered_actions.offer(client, name, kind)

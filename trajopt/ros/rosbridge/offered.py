@@ -4,27 +4,14 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
-from typing import Protocol
 
 import msgspec
 
-from trajopt.ros.rosbridge.wire import Incoming, Unusable, written
+from trajopt.ros.rosbridge.wire import BridgeClient, Incoming, Unusable, written
 from trajopt.values.errors import shown
 
 OFFERS = 64
 """Most services, and most actions, of one client."""
-
-
-class Provider(Protocol):
-    """A connection to a client that offers services or actions."""
-
-    def offer(self, message: bytes, fragment_size: int | None = None) -> None:
-        """Queue a message, or drop it if the client is too slow."""
-        ...
-
-    async def call(self, message: bytes) -> None:
-        """Send a message that must arrive."""
-        ...
 
 
 class Offers:
@@ -32,13 +19,13 @@ class Offers:
 
     def __init__(self, what: str) -> None:
         self._what = what
-        self._offers: dict[str, tuple[Provider, str]] = {}
+        self._offers: dict[str, tuple[BridgeClient, str]] = {}
         self._numbers = count(1)
 
     def kinds(self) -> dict[str, str]:
         return {name: kind for name, (_, kind) in self._offers.items()}
 
-    def offer(self, provider: Provider, name: str, kind: str) -> None:
+    def offer(self, provider: BridgeClient, name: str, kind: str) -> None:
         owner = self._offers.get(name)
         if owner is not None and owner[0] is not provider:
             raise Unusable(f"another client offers the {self._what} {name}")
@@ -46,18 +33,18 @@ class Offers:
             raise Unusable(f"a client offers {OFFERS} {self._what}s at most")
         self._offers[name] = provider, kind
 
-    def withdraw(self, provider: Provider, name: str) -> None:
+    def withdraw(self, provider: BridgeClient, name: str) -> None:
         if name in self._offers and self._offers[name][0] is provider:
             del self._offers[name]
 
-    def leave(self, provider: Provider) -> None:
+    def leave(self, provider: BridgeClient) -> None:
         for name in [key for key, (owner, _) in self._offers.items() if owner is provider]:
             del self._offers[name]
 
 
 @dataclass
 class _Call:
-    provider: Provider
+    provider: BridgeClient
     done: "asyncio.Future[bytes]"
 
 
@@ -84,7 +71,7 @@ class OfferedServices(Offers):
         finally:
             del self._calls[number]
 
-    def answered(self, provider: Provider, response: Incoming) -> None:
+    def answered(self, provider: BridgeClient, response: Incoming) -> None:
         call = self._calls.get(str(response.id))
         if call is None or call.provider is not provider:
             raise Unusable("service_response: does not match a pending request")
@@ -95,7 +82,7 @@ class OfferedServices(Offers):
         else:
             call.done.set_exception(Unusable(f"the service failed: {bytes(response.values).decode()[:1000]}"))
 
-    def leave(self, provider: Provider) -> None:
+    def leave(self, provider: BridgeClient) -> None:
         super().leave(provider)
         for call in self._calls.values():
             if call.provider is provider and not call.done.done():
@@ -110,7 +97,7 @@ class RelayedGoal:
         number: The goal's id between the server and that client.
     """
 
-    provider: Provider
+    provider: BridgeClient
     number: str
     action: str
     kind: str
@@ -153,21 +140,21 @@ class OfferedActions(Offers):
         finally:
             del self._goals[goal.number]
 
-    def feedback(self, provider: Provider, incoming: Incoming) -> None:
+    def feedback(self, provider: BridgeClient, incoming: Incoming) -> None:
         self._of(provider, incoming).tell(incoming.values)
 
-    def result(self, provider: Provider, incoming: Incoming) -> None:
+    def result(self, provider: BridgeClient, incoming: Incoming) -> None:
         goal = self._of(provider, incoming)
         if not goal.done.done():
             goal.done.set_result(incoming)
 
-    def leave(self, provider: Provider) -> None:
+    def leave(self, provider: BridgeClient) -> None:
         super().leave(provider)
         for goal in self._goals.values():
             if goal.provider is provider and not goal.done.done():
                 goal.done.set_exception(Unusable("the client that offered the action has left"))
 
-    def _of(self, provider: Provider, incoming: Incoming) -> RelayedGoal:
+    def _of(self, provider: BridgeClient, incoming: Incoming) -> RelayedGoal:
         goal = self._goals.get(str(incoming.id))
         if goal is None or goal.provider is not provider:
             raise Unusable(f"no goal {shown(incoming.id)} of an action of this client is under way")

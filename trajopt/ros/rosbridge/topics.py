@@ -4,12 +4,11 @@ import asyncio
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import msgspec
 
 from trajopt.files.messages import Generation, decode, message_named, plain_name
-from trajopt.ros.rosbridge.wire import Unusable, plain, written
+from trajopt.ros.rosbridge.wire import BridgeClient, Unusable, plain, written
 from trajopt.values.errors import FileFormatError, MessageNotFound, listed, shown
 
 TOPICS = 256
@@ -19,14 +18,6 @@ LARGEST_LATCHED = 2**20
 INLINE = 100_000
 """Size above which a message is checked in a thread [bytes], so that other messages need not wait."""
 COMPRESSIONS = (None, "", "none")
-
-
-class TopicClient(Protocol):
-    """A connection, as seen by topics."""
-
-    def offer(self, message: bytes, fragment_size: int | None = None) -> None:
-        """Queue a message, or drop it if the client is too slow."""
-        ...
 
 
 @dataclass(eq=False)
@@ -54,8 +45,8 @@ class RelayedTopic:
     ours: bool = False
     kept: bool = False
     latched: msgspec.Raw | None = None
-    clients: set[TopicClient] = field(default_factory=set[TopicClient])
-    heard: dict[TopicClient, Subscription] = field(default_factory=dict[TopicClient, Subscription])
+    clients: set[BridgeClient] = field(default_factory=set[BridgeClient])
+    heard: dict[BridgeClient, Subscription] = field(default_factory=dict[BridgeClient, Subscription])
 
 
 class Topics:
@@ -83,14 +74,14 @@ class Topics:
     def heard(self, name: str) -> bool:
         return name in self._all and bool(self._all[name].heard)
 
-    def unadvertise(self, client: TopicClient, name: str) -> None:
+    def unadvertise(self, client: BridgeClient, name: str) -> None:
         if name in self._all:
             self._all[name].clients.discard(client)
             self._forget(name)
 
     def subscribe(
         self,
-        client: TopicClient,
+        client: BridgeClient,
         name: str,
         kind: str,
         *,
@@ -112,7 +103,7 @@ class Topics:
         if topic.latched is not None:
             client.offer(_published(topic, topic.latched), mine.fragment_size)
 
-    def unsubscribe(self, client: TopicClient, name: str, subscription: str | int | None) -> None:
+    def unsubscribe(self, client: BridgeClient, name: str, subscription: str | int | None) -> None:
         topic = self._all.get(name)
         if topic is None or client not in topic.heard:
             return
@@ -122,7 +113,7 @@ class Topics:
             del topic.heard[client]
             self._forget(name)
 
-    async def publish(self, client: TopicClient, name: str, message: msgspec.Raw, *, latch: bool) -> str:
+    async def publish(self, client: BridgeClient, name: str, message: msgspec.Raw, *, latch: bool) -> str:
         topic = self.advertise(client, name, "")
         if not topic.kind:
             raise Unusable(f"the type of {name} is unknown: advertise it first")
@@ -138,7 +129,7 @@ class Topics:
         if topic.heard:
             self._pass(topic, msgspec.Raw(msgspec.json.encode(document)))
 
-    def leave(self, client: TopicClient) -> None:
+    def leave(self, client: BridgeClient) -> None:
         for name, topic in list(self._all.items()):
             topic.clients.discard(client)
             topic.heard.pop(client, None)
@@ -166,7 +157,7 @@ class Topics:
                 text = text or _published(topic, message)
                 client.offer(text, mine.fragment_size)
 
-    def advertise(self, client: TopicClient, name: str, kind: str) -> RelayedTopic:
+    def advertise(self, client: BridgeClient, name: str, kind: str) -> RelayedTopic:
         if name in self._all and self._all[name].ours:
             raise Unusable(f"{name} is published by the server itself")
         if name not in self._all or client not in self._all[name].clients:
@@ -183,7 +174,7 @@ class Topics:
         topic.kind = topic.kind or wanted
         return topic
 
-    def _count(self, client: TopicClient) -> None:
+    def _count(self, client: BridgeClient) -> None:
         mine = sum(client in topic.clients or client in topic.heard for topic in self._all.values())
         if mine >= TOPICS:
             raise Unusable(f"a client has {TOPICS} topics at most")

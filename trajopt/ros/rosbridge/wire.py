@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import ceil
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 
@@ -52,6 +52,18 @@ class Incoming(msgspec.Struct):
     num: int = 0
     total: int = 0
     level: str = ""
+
+
+class BridgeClient(Protocol):
+    """A connection, as seen by topics, services and actions."""
+
+    def offer(self, message: bytes, fragment_size: int | None = None) -> None:
+        """Queue a message, or drop it if the client is too slow."""
+        ...
+
+    async def call(self, message: bytes) -> None:
+        """Send a message that must arrive."""
+        ...
 
 
 class Unusable(TrajoptError):

@@ -76,6 +76,7 @@ class Followed(SavedResult):
 
     @property
     def certificate(self) -> Certificate | None:
+        """The judge's verdict on the motion."""
         return self.result.certificate
 
     @property

@@ -114,10 +114,6 @@ class Workbench:
     def placement_of(self, name: str) -> Placement:
         return self.scene.placement_of(name, self.reduced.all_positions(self.positions))
 
-    @property
-    def hand_now(self) -> Placement:
-        return hand_at(self.reduced, self.hand, self.positions)
-
     def change(self, scene: Scene) -> None:
         self.reduced = reduce_model(scene, self.group, self._start)
         goal = self.goal
