@@ -2,9 +2,8 @@
 
 import json
 import signal
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -174,10 +173,27 @@ def run(
     """
     loaded = None if robot is None else robot.load()
     listed = [name for name in sets.split(",") if name]
-    grid = {"x": x, "y": y, "yaw": yaw}
-    found = Words(
-        source, loaded, scene, tuple(request or ()), group, count, seed, shift, turn, grid, listed, limit
-    ).made()
+    if Path(source).is_dir():
+        found = campaigns.from_folder(source, _needed(loaded, source), sets=listed, limit=limit)
+    elif Path(source).suffix == TABLE:
+        found = campaigns.from_table(source, _around(loaded, source, scene), group=group)
+    elif source == Generated.RANDOM.value:
+        around = _around(loaded, source, scene)
+        found = campaigns.random_motions(around, count, group=group, seed=seed)
+    elif source == Generated.PERTURBED.value:
+        problem, *more = _problems(loaded, source, scene, request)
+        if more:
+            raise ProblemError(f"{source} takes 1 --request, {1 + len(more)} are given")
+        found = campaigns.perturbed(problem, count, shift=shift, turn=turn, seed=seed)
+    elif source == Generated.PLACEMENTS.value:
+        tasks = _problems(loaded, source, scene, request)
+        found = campaigns.base_placements(tasks, x=steps(*x), y=steps(*y), yaw=steps(*yaw))
+    else:
+        known = [item.name for item in definitions()]
+        if source not in known:
+            names = [*(each.value for each in Generated), *known]
+            raise NameNotFound("folder, generator or installed problem", source, names)
+        found = campaigns.installed(source, count)
     options = [
         campaigns.Options(method or None, improve, False, time_budget, work, attempts)
         for method in methods.split(",")
@@ -337,71 +353,24 @@ class Generated(Enum):
     PLACEMENTS = "placements"
 
 
-@dataclass(frozen=True)
-class Words:
-    """The source as given on the command line.
+def _needed(robot: Robot | None, source: str) -> Robot:
+    if robot is None:
+        raise ProblemError(f"{source} needs a robot: name one with --robot")
+    return robot
 
-    Attributes:
-        source: A folder, a table, or the name of a generated or installed source.
-        shift: Largest shift of an object along each axis [m].
-        turn: Largest turn of an object about the vertical [rad].
-        limit: Largest number of problems of each set of a folder.
-    """
 
-    source: str
-    robot: Robot | None
-    scene: Path | None
-    requests: tuple[Path, ...]
-    group: str
-    count: int
-    seed: int
-    shift: float
-    turn: float
-    grid: Mapping[str, tuple[float, float, int]]
-    sets: Sequence[str]
-    limit: int | None
+def _around(robot: Robot | None, source: str, scene: Path | None) -> Scene:
+    known = _needed(robot, source)
+    return Scene(known) if scene is None else read_scene(scene, known).scene
 
-    def made(self) -> campaigns.ProblemSource:
-        """Return the source."""
-        if Path(self.source).is_dir():
-            return campaigns.from_folder(self.source, self._robot(), sets=self.sets, limit=self.limit)
-        if Path(self.source).suffix == TABLE:
-            return campaigns.from_table(self.source, self._around(), group=self.group)
-        match self.source:
-            case Generated.RANDOM.value:
-                around = self._around()
-                return campaigns.random_motions(around, self.count, group=self.group, seed=self.seed)
-            case Generated.PERTURBED.value:
-                (problem,) = self._problems(most=1)
-                return campaigns.perturbed(
-                    problem, self.count, shift=self.shift, turn=self.turn, seed=self.seed
-                )
-            case Generated.PLACEMENTS.value:
-                places = {axis: steps(*range_) for axis, range_ in self.grid.items()}
-                return campaigns.base_placements(self._problems(), **places)
-            case _:
-                names = [item.name for item in definitions()]
-                if self.source not in names:
-                    known = [*(each.value for each in Generated), *names]
-                    raise NameNotFound("folder, generator or installed problem", self.source, known)
-                return campaigns.installed(self.source, self.count)
 
-    def _robot(self) -> Robot:
-        if self.robot is None:
-            raise ProblemError(f"{self.source} needs a robot: name one with --robot")
-        return self.robot
-
-    def _around(self) -> Scene:
-        robot = self._robot()
-        return Scene(robot) if self.scene is None else read_scene(self.scene, robot).scene
-
-    def _problems(self, most: int | None = None) -> tuple[Problem, ...]:
-        if self.scene is None or not self.requests:
-            raise ProblemError(f"{self.source} needs a problem: give --scene and --request")
-        if most is not None and len(self.requests) > most:
-            raise ProblemError(f"{self.source} takes {most} --request, {len(self.requests)} are given")
-        robot = self._robot()
-        return tuple(read_files(robot, self.scene, each)[1].problem() for each in self.requests)
+def _problems(
+    robot: Robot | None, source: str, scene: Path | None, requests: Sequence[Path] | None
+) -> list[Problem]:
+    if scene is None or not requests:
+        raise ProblemError(f"{source} needs a problem: give --scene and --request")
+    known = _needed(robot, source)
+    return [read_files(known, scene, each)[1].problem() for each in requests]
 
 
 def steps(first: float, last: float, count: int) -> tuple[float, ...]:
