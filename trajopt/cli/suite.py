@@ -61,7 +61,9 @@ class Thumbnails(Generic[Key]):
             self._enabled = False
 
 
-OutcomesOption = Annotated[Path | None, typer.Option("--json", help="Write all outcomes here as JSON.")]
+OutcomesOption = Annotated[
+    Path | None, typer.Option("--json", help="Write all outcomes here as JSON, for compare --results.")
+]
 HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page with figures here.")]
 RandomOption = Annotated[
     int,
@@ -91,7 +93,7 @@ def suite(
             good = sum(outcome.good for outcome in outcomes)
             bar.update(task, advance=1, description=f"{good} of {len(outcomes)} as expected")
     if json_file is not None:
-        write_json(json_file, {"problems": [pages.row(outcome) for outcome in outcomes]})
+        write_json(json_file, {"results": [outcome.as_dict() for outcome in outcomes]})
     if html_file is not None:
         write_text(html_file, pages.suite_page(outcomes, drawn.pictures, drawn.remark))
     typer.echo("\n".join(pages.text_table(outcomes)))

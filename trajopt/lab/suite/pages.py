@@ -7,7 +7,7 @@ from math import inf
 from trajopt.lab.suite.html import document, image, table, used_share, words
 from trajopt.lab.suite.outcome import MethodSummary, RunOutcome, summaries
 from trajopt.planning.status import Status
-from trajopt.values.printed import aligned
+from trajopt.values.printed import aligned, in_short
 from trajopt.verify import Check, CheckKind
 
 SUITE_STYLE = """
@@ -85,42 +85,33 @@ def _inside(outcome: RunOutcome) -> str:
 
 
 def _row(item: Check) -> tuple[str, ...]:
-    name = escape(item.name)
-    return (
-        name if item.holds else f'<b class="bad">{name}</b>',
-        escape(item.subject),
-        number(item.value),
-        number(item.bound),
-        escape(item.unit),
-        used_share(item),
-        "" if item.time is None else f"{item.time:.3f}",
-        item.evidence.value,
-    )
+    name, (*before, at, evidence) = escape(item.name), map(escape, cells(item))
+    return name if item.holds else f'<b class="bad">{name}</b>', *before, used_share(item), at, evidence
 
 
 HEAD = ("", "problem", "instance", "constraint", "where", "worst", "bound", "unit", "at [s]", "evidence")
 WIDEST = 48
-_COLUMNS = {
-    **{name: name for name in ("name", "subject", "bound", "unit", "time", "evidence", "holds")},
-    "worst": "value",
-}
-"""Key of a constraint as data -> the attribute of a check."""
 
 
 def text_table(outcomes: Sequence[RunOutcome]) -> list[str]:
     rows: list[tuple[str, ...]] = [HEAD]
     for outcome in outcomes:
         lead = ("ok" if outcome.good else "FAIL", outcome.problem, outcome.instance)
-        told = [cells(item) for item in outcome.constraints] or [(reason(outcome), "", "", "", "", "", "")]
+        told = [(_named(item), *cells(item)) for item in outcome.constraints]
+        told = told or [(reason(outcome), *[""] * len(HEAD[4:]))]
         for count, row in enumerate(told):
             rows.append((*(lead if count == 0 else ("", "", "")), *row))
     return aligned(rows, right=frozenset((5, 6, 8)))
 
 
-def cells(item: Check) -> tuple[str, str, str, str, str, str, str]:
-    name = item.name if len(item.name) <= WIDEST else f"{item.name[: WIDEST - 3]}..."
+def _named(item: Check) -> str:
+    name = in_short(item.name, WIDEST)
+    return name if item.holds else f"BROKEN {name}"
+
+
+def cells(item: Check) -> tuple[str, ...]:
+    """Return where a constraint is tightest, worst value, bound, unit, time and evidence."""
     return (
-        name if item.holds else f"BROKEN {name}",
         item.subject,
         number(item.value),
         number(item.bound),
@@ -132,30 +123,8 @@ def cells(item: Check) -> tuple[str, str, str, str, str, str, str]:
 
 def reason(outcome: RunOutcome) -> str:
     told = f"refused: {outcome.status.name}"
-    return told if outcome.good else f"{told}, expected {ending(outcome.expected)}"
-
-
-def ending(status: Status) -> str:
-    return "solved" if status is Status.SOLVED else status.name
-
-
-def row(outcome: RunOutcome) -> dict[str, object]:
-    """Return plain JSON data; non-finite numbers become None."""
-    return {
-        "problem": outcome.problem,
-        "instance": outcome.instance,
-        "expected": ending(outcome.expected),
-        "outcome": ending(outcome.status),
-        "as_expected": outcome.good,
-        "message": outcome.message,
-        "constraints": [
-            {key: plain[name] for key, name in _COLUMNS.items()}
-            for plain in (check.as_dict() for check in outcome.constraints)
-        ],
-        "setup_seconds": outcome.setup_seconds,
-        "cpu_seconds": outcome.cpu_seconds,
-        "duration": outcome.duration,
-    }
+    ending = "solved" if outcome.expected is Status.SOLVED else outcome.expected.name
+    return told if outcome.good else f"{told}, expected {ending}"
 
 
 def number(value: float | None) -> str:
