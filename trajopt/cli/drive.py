@@ -8,11 +8,12 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
 from trajopt.cli.options import (
+    GroupOption,
     HostOption,
     JsonOption,
     MotionsOption,
@@ -161,14 +162,10 @@ def run(
         if record is not None:
             write_run(record, page.recording, robot)
         page.linger(seconds)
-    document = driven.as_dict()
-    if out is not None:
-        write_json(out, {**document, "measured": driven.measured.as_dict()})
     world = happening.world(problem.scene)
     for path in picture or ():
         render(replace(problem, scene=world).reduced, driven.measured, path)
-    typer.echo(json.dumps(document, allow_nan=False) if as_json else run_report(driven))
-    raise typer.Exit(0 if driven.succeeded else 1)
+    end_run(driven, out, as_json=as_json)
 
 
 def write_run(path: Path, recording: Recording, robot: RobotSource) -> None:
@@ -192,9 +189,15 @@ def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:
     return random_surprise(problem, undisturbed(problem, tolerance=tolerance), int(seed))
 
 
-def run_report(driven: RunReport | TaskReport) -> str:
+def end_run(driven: RunReport | TaskReport, out: Path | None, *, as_json: bool) -> NoReturn:
+    """Write and print the measurements of a run, and end the command."""
+    document = driven.as_dict()
+    if out is not None:
+        write_json(out, {**document, "measured": driven.measured.as_dict()})
     touched = (f"touched: {contact}" for contact in driven.contacts)
-    return "\n".join([*map(str, driven.events), str(driven), *touched])
+    words = "\n".join([*map(str, driven.events), str(driven), *touched])
+    typer.echo(json.dumps(document, allow_nan=False) if as_json else words)
+    raise typer.Exit(0 if driven.succeeded else 1)
 
 
 GAMEPAD, BROWSER = "gamepad", "browser"
@@ -205,7 +208,6 @@ SMOOTHING = 0.05
 InputOption = Annotated[
     str, typer.Option("--input", help="gamepad, browser, or a file of recorded commands.")
 ]
-GroupOption = Annotated[str, typer.Option("--group", help="Planning group; default: the only one.")]
 ServoStateOption = Annotated[str, typer.Option("--start", help="Named start state; default: the scene's.")]
 FrameOption = Annotated[str, typer.Option("--frame", help="Controlled frame; default: the group's tip.")]
 AxesOption = Annotated[str, typer.Option("--axes", help="Frame of the commands.")]

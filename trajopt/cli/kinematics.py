@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from trajopt.cli.options import JsonOption, PackageOption, RobotSource, robot_options
+from trajopt.cli.options import GroupOption, JsonOption, PackageOption, RobotSource, robot_options
 from trajopt.cli.progress import progress_bar
 from trajopt.files.moveit import read_scene
 from trajopt.lab.reach import CELL, DIRECTIONS, check_table_path, reach_map, sample_table
@@ -22,7 +22,6 @@ from trajopt.values.documents.document import write_text
 from trajopt.values.errors import ProblemError, shown
 from trajopt.viewer.plots import plot_reach
 
-GroupOption = Annotated[str, typer.Option("--group", help="Planning group; default: the only one.")]
 FrameOption = Annotated[
     str,
     typer.Option("--frame", help="Link, tool frame or attached object; default: the group's tip."),

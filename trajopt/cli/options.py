@@ -31,6 +31,7 @@ PackageOption = Annotated[
     list[Path] | None,
     typer.Option("--package-dir", help="With a URDF file: folder of package:// meshes (repeatable)."),
 ]
+GroupOption = Annotated[str, typer.Option("--group", help="Planning group; default: the only one.")]
 MotionsOption = Annotated[
     Path | None,
     typer.Option("--motions", help="Motions, appearance and expiry of the scene's objects (YAML or JSON)."),

@@ -39,7 +39,6 @@ GoalOption = Annotated[
         "write six joints as joint=position.",
     ),
 ]
-GroupOption = Annotated[str, typer.Option("--group", help="Planning group; default: the only one.")]
 DegreesOption = Annotated[
     bool, typer.Option("--degrees", help="Angles of --start and --goal are in degrees.")
 ]
@@ -80,7 +79,7 @@ def plan(
     request: OptionalRequest = None,
     start: StartOption = None,
     goal: GoalOption = None,
-    group: GroupOption = "",
+    group: options.GroupOption = "",
     degrees: DegreesOption = False,
     out: OutOption = None,
     save: SaveOption = None,

@@ -7,12 +7,12 @@ from typing import Annotated
 import typer
 
 from trajopt.cli import drive, options
+from trajopt.cli.motions import ToOption
 from trajopt.cli.plan import OptionalScene
 from trajopt.cli.problems import scene_around
 from trajopt.cli.progress import progress_line
 from trajopt.driving.rehearsal import run as run_task
 from trajopt.driving.surprises import NONE, read_surprises
-from trajopt.files.export import EXPORTERS
 from trajopt.files.export import export as write_motion
 from trajopt.planning.plan import plan as plan_task
 from trajopt.problem.problem import Problem
@@ -38,7 +38,6 @@ ImproveOption = Annotated[
 ]
 SurprisesOption = Annotated[Path | None, typer.Option("--surprises", help="Unannounced events: a YAML file.")]
 FileOption = Annotated[Path, typer.Option("--out", help="File to write.")]
-ToOption = Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTERS)}.")]
 HzOption = Annotated[float | None, typer.Option("--hz", help=r"Samples per second \[1/s].")]
 
 
@@ -138,11 +137,7 @@ def run(
         if record is not None:
             drive.write_run(record, page.recording, robot)
         page.linger(seconds)
-    document = driven.as_dict()
-    if out is not None:
-        write_json(out, {**document, "measured": driven.measured.as_dict()})
-    typer.echo(json.dumps(document, allow_nan=False) if as_json else drive.run_report(driven))
-    raise typer.Exit(0 if driven.succeeded else 1)
+    drive.end_run(driven, out, as_json=as_json)
 
 
 @task.command()

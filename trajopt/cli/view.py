@@ -6,8 +6,9 @@ from typing import Annotated
 
 import typer
 
-from trajopt.cli.kinematics import GroupOption, StateOption
+from trajopt.cli.kinematics import StateOption
 from trajopt.cli.options import (
+    GroupOption,
     HostOption,
     JsonOption,
     MotionsOption,

@@ -33,7 +33,6 @@ warehouse = typer.Typer(
 
 FileArgument = Annotated[Path, typer.Argument(help="Warehouse file.")]
 NameArgument = Annotated[str, typer.Argument(help="Name of the entry.")]
-NewNameArgument = Annotated[str, typer.Argument(help="Name of the entry.")]
 KINDS = ", ".join(kind.name.lower() for kind in EntryKind)
 KindOption = Annotated[str | None, typer.Option("--kind", help=f"One of {KINDS}.")]
 VersionOption = Annotated[int | None, typer.Option("--version", min=1, help="Version; default: the latest.")]
@@ -128,7 +127,7 @@ def show(
 @warehouse.command()
 def add(
     file: FileArgument,
-    name: NewNameArgument,
+    name: NameArgument,
     bundle: BundleOption = None,
     robot: RobotOption = None,
     scene: SceneOption = None,

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.values.arrays import Floats, floats, number
+from trajopt.values.arrays import Floats, floats, number, positive
 from trajopt.values.errors import ExecutionError, MissingExtra, ProblemError
 from trajopt.values.errors.arguments import checked
 
@@ -127,8 +127,7 @@ class UrController:
             if not least <= number(name, value) <= most:
                 raise ProblemError(f"{name} must be from {least:g} to {most:g}, is {value:g}")
         for name, value in (("period", period), ("deceleration", deceleration)):
-            if not number(name, value) > 0.0:
-                raise ProblemError(f"{name} must be positive, is {value:g}")
+            positive(name, value)
         self._control, self._receive, self._deceleration = control, receive, deceleration
         self._timing = period, lookahead, gain
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from trajopt.driving.committed_motion import SETTLED
 from trajopt.driving.executor import Executor
-from trajopt.values.arrays import Floats, Value, number
-from trajopt.values.errors import ProblemError
+from trajopt.values.arrays import Floats, Value, positive
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
 
@@ -61,8 +60,7 @@ def conformance(
         ProblemError: If a number is not positive, or `executor` lacks members of an `Executor`.
     """
     for name, value in (("step", step), ("duration", duration), ("speed", speed)):
-        if not number(name, value) > 0.0:
-            raise ProblemError(f"{name} must be positive, is {value:g}")
+        positive(name, value)
     return tuple(_Trial(executor, wait, step, duration, speed).rules())
 
 

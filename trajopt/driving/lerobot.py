@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from trajopt.driving.guard import Decision, Guard
-from trajopt.values.arrays import Floats, Value, number
+from trajopt.values.arrays import Floats, Value, number, positive
 from trajopt.values.errors import NameNotFound, ProblemError, shown
 from trajopt.values.errors.arguments import checked
 
@@ -166,8 +166,7 @@ class GuardedArm:
                 f"motors: their joints ({', '.join(controller.joint_names)}) must be those of the group "
                 f"({', '.join(guard.problem.reduced.joint_names)})"
             )
-        if not number("fps", fps) > 0.0:
-            raise ProblemError(f"fps must be positive, is {fps:g}")
+        positive("fps", fps)
         self.guard, self._controller = guard, controller
         self.decision: Decision | None = None
         executor = guard.executor

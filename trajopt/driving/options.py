@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from trajopt.planning import Budget
-from trajopt.values.arrays import number
+from trajopt.values.arrays import number, positive
 from trajopt.values.errors import ClockError, ProblemError
 from trajopt.values.errors.arguments import checked
 
@@ -51,8 +51,7 @@ class SupervisorOptions:
 
     def __post_init__(self) -> None:
         for name in ("cycle", "ahead", "retry"):
-            if not number(name, getattr(self, name)) > 0.0:
-                raise ProblemError(f"{name} must be positive, is {getattr(self, name):g}")
+            positive(name, getattr(self, name))
         for name in ("patience", "clock_tolerance"):
             if number(name, getattr(self, name)) < 0.0:
                 raise ProblemError(f"{name} must not be negative, is {getattr(self, name):g}")

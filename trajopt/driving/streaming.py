@@ -9,7 +9,7 @@ import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.executor import STOPPED, RobotState
-from trajopt.values.arrays import Floats, floats, number
+from trajopt.values.arrays import Floats, floats, number, positive
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.trajectory import Trajectory
@@ -73,8 +73,7 @@ class StreamingExecutor:
             ShapeError: If a tolerance or position is missing.
         """
         for name, value in (("period", period), ("silence", silence)):
-            if not number(name, value) > 0.0:
-                raise ProblemError(f"{name} must be positive, is {value:g}")
+            positive(name, value)
         size = len(joint_names)
         allowed = np.full(size, tolerance) if isinstance(tolerance, float | int) else tolerance
         self.joint_names, self.period, self.latency = joint_names, period, period

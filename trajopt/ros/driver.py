@@ -21,7 +21,7 @@ from trajopt.files import messages as msg
 from trajopt.files.messages import decode, encode
 from trajopt.files.moveit.trajectories import planar_joints, trajectory_message
 from trajopt.ros.rosbridge.wire import Incoming, parsed, plain, written
-from trajopt.values.arrays import Floats, floats, number
+from trajopt.values.arrays import Floats, floats, positive
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ExecutionError, ProblemError, TrajoptError, shown
 from trajopt.values.errors.arguments import checked
@@ -107,8 +107,7 @@ class FollowJointTrajectoryExecutor:
         """
         named = {"period": period, "latency": latency, "silence": silence, "timeout": timeout}
         for name, value in named.items():
-            if not number(name, value) > 0.0:
-                raise ProblemError(f"{name} must be positive, is {value:g}")
+            positive(name, value)
         if planar := list(planar_joints(joint_names)):
             raise ProblemError(
                 f"joint_names: a joint trajectory controller does not drive a base ({planar[0]})"

@@ -37,7 +37,7 @@ from trajopt.tasks.search import (
 )
 from trajopt.tasks.sequence import StageRefusal
 from trajopt.timing.time_scaling import travel_time
-from trajopt.values.arrays import Floats, Value, at_least, function, number, one_of
+from trajopt.values.arrays import Floats, Value, at_least, function, number, one_of, positive
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
@@ -226,8 +226,7 @@ class Dwell(Value):
     default_name = "dwell"
 
     def __post_init__(self) -> None:
-        if number("seconds", self.seconds) <= 0.0:
-            raise ProblemError(f"seconds must be positive, is {self.seconds:g}")
+        positive("seconds", self.seconds)
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         del scene, group

@@ -15,7 +15,7 @@ from trajopt.planning.budget import Budget
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
-from trajopt.values.arrays import number, several
+from trajopt.values.arrays import positive, several
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
 
@@ -115,8 +115,7 @@ class Campaign:
                 raise ProblemError(f"{label} is empty: there is nothing to plan")
         if min(self.seeds) < 0:
             raise ProblemError(f"seeds must not be negative, one is {min(self.seeds)}")
-        if number("most_seconds", self.most_seconds) <= 0.0:
-            raise ProblemError(f"most_seconds must be positive, is {self.most_seconds:g}")
+        positive("most_seconds", self.most_seconds)
 
     def __len__(self) -> int:
         return sum(source.count for source in self.sources) * len(self.options) * len(self.seeds)

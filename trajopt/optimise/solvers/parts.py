@@ -103,17 +103,32 @@ class Taper(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class DistancePart(Value):
+class _EmptyPart(Value):
+    """Rows of which there are as many as the core makes.
+
+    Attributes:
+        empty: Cost or constraint without rows; weight or bounds are one number, or one for each pair.
+    """
+
+    empty: Block
+
+    def block(self, made: descent.MadeRows) -> Block:
+        rows = Rows(made.value, made.jacobian, made.knots, made.component, made.place)
+        if isinstance(self.empty, CostRows):
+            return replace(self.empty, rows=rows, weight=made.weight)
+        return replace(self.empty, rows=rows, lower=made.lower, upper=made.upper)
+
+
+@dataclass(frozen=True, eq=False)
+class DistancePart(_EmptyPart):
     """factor (distance - margin) of every one of p pairs nearer than its reach.
 
     Attributes:
-        empty: Cost or constraint without rows; weight or bounds are one number, or one a pair.
         reach: Pairs farther apart have no row, shape (p,) [m].
         factor: Shape (p,).
         margin: Full margins, shape (p,) [m].
     """
 
-    empty: Block
     samples: Samples
     reach: Floats
     factor: Floats
@@ -125,19 +140,15 @@ class DistancePart(Value):
         margins = descent.Margins(self.margin) if self.taper is None else self.taper.in_core(self.margin)
         program.add_distances(role, at.knots, at.weight, at.place, self.reach, self.factor, margins)
 
-    def block(self, made: descent.MadeRows) -> Block:
-        return _with_rows(self.empty, made)
-
 
 @dataclass(frozen=True, eq=False)
-class FramePart(Value):
+class FramePart(_EmptyPart):
     """A term of a frame at every sample.
 
     Attributes:
         configurations: Number that count as evaluated: terms over the same samples share them.
     """
 
-    empty: Block
     samples: Samples
     view: descent.View
     term: descent.FrameTerm
@@ -147,12 +158,9 @@ class FramePart(Value):
         at, role = self.samples, role_of(self.empty)
         program.add_frames(role, at.knots, at.weight, at.place, self.view, self.term, self.configurations)
 
-    def block(self, made: descent.MadeRows) -> Block:
-        return _with_rows(self.empty, made)
-
 
 @dataclass(frozen=True, eq=False)
-class ChangingDistancePart(Value):
+class ChangingDistancePart(_EmptyPart):
     """Distance less error and margin of p pairs that change with time, while both are there; S samples.
 
     Attributes:
@@ -166,7 +174,6 @@ class ChangingDistancePart(Value):
         expires: Time until which both are there, shape (p,) [s].
     """
 
-    empty: Block
     samples: Samples
     times: Floats
     driven: Floats
@@ -194,12 +201,9 @@ class ChangingDistancePart(Value):
             expires=self.expires,
         )
 
-    def block(self, made: descent.MadeRows) -> Block:
-        return _with_rows(self.empty, made)
-
 
 @dataclass(frozen=True, eq=False)
-class TorquePart(Value):
+class TorquePart(_EmptyPart):
     """Torques as shares of their limits, at moments of a spline over time, for joints with high torque.
 
     Attributes:
@@ -209,7 +213,6 @@ class TorquePart(Value):
         listed: Share from which a torque has a row.
     """
 
-    empty: Block
     moments: Samples
     velocity: Floats
     acceleration: Floats
@@ -230,16 +233,6 @@ class TorquePart(Value):
             effort=self.effort,
             listed=self.listed,
         )
-
-    def block(self, made: descent.MadeRows) -> Block:
-        return _with_rows(self.empty, made)
-
-
-def _with_rows(empty: Block, made: descent.MadeRows) -> Block:
-    rows = Rows(made.value, made.jacobian, made.knots, made.component, made.place)
-    if isinstance(empty, CostRows):
-        return replace(empty, rows=rows, weight=made.weight)
-    return replace(empty, rows=rows, lower=made.lower, upper=made.upper)
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,57 +107,42 @@ def recorded(reduced: ReducedModel, trajectory: Trajectory | None, beside: Seque
     """
     server = open_server(HOST, 0)
     try:
-        page = _Recording(server, reduced, trajectory, beside).page()
+        page = _recorded(server, reduced, trajectory, beside)
     finally:
         close_server(server)
     head = page.index("</head>")
     return page[:head] + BRIDGE + page[head:]
 
 
-class _Recording:
-    def __init__(
-        self,
-        server: "ViserServer",
-        reduced: ReducedModel,
-        trajectory: Trajectory | None,
-        beside: Sequence[GhostAt],
-    ) -> None:
-        self._server, self._trajectory, self._beside = server, trajectory, beside
-        self._start = reduced.start_positions
-        duration = 0.0 if trajectory is None else trajectory.duration
-        self._scene = SceneView(server, reduced, self._positions(0.0), duration=duration)
-        for each in beside:
-            ghost = Ghost(server, reduced, each.name, each.colour)
-            ghost.stand(evaluator(reduced).kinematics(each.positions[None]))
-        self._look(reduced)
-        self._draw(0.0)
+def _recorded(
+    server: "ViserServer", reduced: ReducedModel, trajectory: Trajectory | None, beside: Sequence[GhostAt]
+) -> str:
+    from trajopt.simulation.sampled_motion import SampledMotion, motion_of
 
-    def page(self) -> str:
-        serializer = self._server.get_scene_serializer()
-        if self._trajectory is not None:
-            duration = self._trajectory.duration
-            count = int(np.clip(np.ceil(RATE * duration), FEWEST, MOST))
-            for number in range(1, count + 1):
-                serializer.insert_sleep(duration / count)
-                self._draw(duration * number / count)
-            serializer.insert_sleep(AFTER)
-        return serializer.as_html()
+    start, duration = reduced.start_positions, 0.0 if trajectory is None else trajectory.duration
 
-    def _look(self, reduced: ReducedModel) -> None:
-        from trajopt.simulation.sampled_motion import SampledMotion, motion_of
+    def positions(time: float) -> Floats:
+        return start if trajectory is None else trajectory(time)
 
-        if self._trajectory is None:
-            stood = np.stack([self._start, *(each.positions for each in self._beside), self._start])
-            motion = SampledMotion(np.arange(len(stood), dtype=np.float64), stood)
-            self._scene.look(motion, paths=False, aspect=ASPECT)
-        else:
-            self._scene.look(motion_of(reduced, self._trajectory), aspect=ASPECT)
-
-    def _draw(self, time: float) -> None:
-        self._scene.show(time, self._positions(time))
-
-    def _positions(self, time: float) -> Floats:
-        return self._start if self._trajectory is None else self._trajectory(time)
+    scene = SceneView(server, reduced, positions(0.0), duration=duration)
+    for each in beside:
+        ghost = Ghost(server, reduced, each.name, each.colour)
+        ghost.stand(evaluator(reduced).kinematics(each.positions[None]))
+    if trajectory is None:
+        stood = np.stack([start, *(each.positions for each in beside), start])
+        motion = SampledMotion(np.arange(len(stood), dtype=np.float64), stood)
+        scene.look(motion, paths=False, aspect=ASPECT)
+    else:
+        scene.look(motion_of(reduced, trajectory), aspect=ASPECT)
+    scene.show(0.0, positions(0.0))
+    serializer = server.get_scene_serializer()
+    if trajectory is not None:
+        count = int(np.clip(np.ceil(RATE * duration), FEWEST, MOST))
+        for time in (duration * np.arange(1, count + 1) / count).tolist():
+            serializer.insert_sleep(duration / count)
+            scene.show(time, positions(time))
+        serializer.insert_sleep(AFTER)
+    return serializer.as_html()
 
 
 WIDTH, HEIGHT = 640, 420
