@@ -52,7 +52,7 @@ def test_every_solver_step_checks_the_clock(arm: to.Robot) -> None:
         if step is not None:
             steps.append(clock.looks)
 
-    to.plan(walled_in(arm), budget=to.Budget(seconds=300.5, clock=clock), progress=progress)
+    to.plan(walled_in(arm), budget=to.Budget(seconds=900.5, clock=clock), progress=progress)
     assert len(steps) > 40 and len(set(steps)) == len(steps)
 
 

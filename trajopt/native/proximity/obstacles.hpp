@@ -22,40 +22,48 @@ class Obstacles {
       return;
     }
     const Vector3 extent = body.rotation.cwiseAbs() * body.half;
-    objects_.push_back(std::make_unique<coal::CollisionObject>(std::make_shared<coal::Box>(2.0 * extent),
-                                                               Matrix3::Identity(), body.centre));
-    objects_.back()->setUserData(reinterpret_cast<void*>(static_cast<std::intptr_t>(index)));
+    boxes_.push_back({body.centre, extent, index});
   }
 
   void build() {
+    if (boxes_.size() <= kFew) return;
     std::vector<coal::CollisionObject*> raw;
-    for (const auto& object : objects_) raw.push_back(object.get());
-    if (!raw.empty()) tree_.registerObjects(raw);
+    for (const Box& box : boxes_) {
+      objects_.push_back(std::make_unique<coal::CollisionObject>(std::make_shared<coal::Box>(2.0 * box.extent),
+                                                                 Matrix3::Identity(), box.centre));
+      objects_.back()->setUserData(reinterpret_cast<void*>(static_cast<std::intptr_t>(box.index)));
+      raw.push_back(objects_.back().get());
+    }
+    tree_.registerObjects(raw);
     tree_.setup();
   }
 
   // Append all bodies whose box is nearer to a point than a radius.
   void near(const Vector3& centre, double radius, std::vector<int>& found) const {
     found.insert(found.end(), everywhere_.begin(), everywhere_.end());
-    if (objects_.empty()) return;
-    const coal::AABB around(centre - Vector3::Constant(radius), centre + Vector3::Constant(radius));
-    if (objects_.size() <= kFew) {
-      for (const auto& object : objects_) {
-        if (object->getAABB().overlap(around)) found.push_back(index_of(*object));
+    if (objects_.empty()) {
+      for (const Box& box : boxes_) {
+        if ((((box.centre - centre).cwiseAbs() - box.extent).array() <= radius).all()) found.push_back(box.index);
       }
       return;
     }
     // The tree looks only at the box around it.
     coal::CollisionObject ball(anything_, coal::Transform3s(), false);
     ball.setUserData(kBall);
-    ball.getAABB() = around;
+    ball.getAABB() = coal::AABB(centre - Vector3::Constant(radius), centre + Vector3::Constant(radius));
     Collect collect(found);
     tree_.collide(&ball, &collect);
   }
 
  private:
   // So few boxes are all looked at sooner than a tree is climbed down.
-  static constexpr std::size_t kFew = 16;
+  static constexpr std::size_t kFew = 128;
+
+  // A body's axis-aligned box.
+  struct Box {
+    Vector3 centre, extent;
+    int index;
+  };
 
   static int index_of(const coal::CollisionObject& object) {
     return static_cast<int>(reinterpret_cast<std::intptr_t>(object.getUserData()));
@@ -74,6 +82,7 @@ class Obstacles {
 
   const std::shared_ptr<coal::CollisionGeometry> anything_ = std::make_shared<coal::Sphere>(1.0);
   std::vector<std::unique_ptr<coal::CollisionObject>> objects_;
+  std::vector<Box> boxes_;
   std::vector<int> everywhere_;
   coal::DynamicAABBTreeCollisionManager tree_;
 };

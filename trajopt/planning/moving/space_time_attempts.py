@@ -64,7 +64,7 @@ STEPS = 10
 HORIZONS = (1.5, 3.0, 6.0)
 """Static durations in which paths are sampled, in turn."""
 CHECKED = 20_000
-"""Configurations checked for each of these paths, as many as in a static scene."""
+"""Configurations checked for each of these paths."""
 BECAUSE = "things move, appear or expire, and no timing of the path without them is better"
 
 

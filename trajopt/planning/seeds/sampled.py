@@ -14,10 +14,14 @@ from trajopt.optimise.kinematics.projection import Projection
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext, SeedKind
 from trajopt.values.arrays import Floats, Value
 
-CHECKED = 20_000
-"""Configurations checked on one leg before a restart: most successful searches end soon."""
-PATIENCE = 2
-"""Number of searches after which their limit doubles; after twice this number it triples, and so on."""
+CHECKED = 60_000
+"""Configurations checked on one leg before a restart. The costs of one problem's searches differ by a factor
+of three to ten, so a search given up early was often nearly done.
+"""
+PATIENCE = 12
+"""Number of searches, those of a plan without a budget, after which their limit doubles; after twice this
+number it triples, and so on.
+"""
 SHORTENED = 4_000
 """Configurations that each pass of shortening may check."""
 STEP = 0.03
