@@ -7,6 +7,17 @@ namespace proximity {
 
 namespace {
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Derivatives by the group's joints of those by the model's, row by row. Without mimic joints they are the same.
+template <class Full>
+void by_group(const Robot& robot, const Full& full, double* slopes) {
+  Eigen::Map<RowMajor> found(slopes, robot.dofs(), robot.dofs());
+  if (robot.expand.isIdentity(0.0)) {
+    found = full;
+  } else {
+    found = robot.expand.transpose() * full * robot.expand;
+  }
+}
 }  // namespace
 
 Dynamics::Dynamics(Robot robot)
@@ -32,19 +43,16 @@ void Dynamics::slopes(const double* positions, const double* velocities, const d
   pinocchio::computeRNEADerivatives(*robot_.model, *data_, q_, velocity_, acceleration_);
   // Only the upper half of the mass matrix is written.
   data_->M.triangularView<Eigen::StrictlyLower>() = data_->M.transpose().triangularView<Eigen::StrictlyLower>();
-  const auto by_group = [&](const auto& full, double* slopes) {
-    Eigen::Map<RowMajor>(slopes, dofs(), dofs()) = robot_.expand.transpose() * full * robot_.expand;
-  };
-  by_group(data_->dtau_dq, by_position);
-  by_group(data_->dtau_dv, by_velocity);
-  by_group(data_->M, by_acceleration);
+  by_group(robot_, data_->dtau_dq, by_position);
+  by_group(robot_, data_->dtau_dv, by_velocity);
+  by_group(robot_, data_->M, by_acceleration);
 }
 
 void Dynamics::gravity(const double* positions, double* torques, double* slopes) {
   robot_.configure(positions, q_);
   pinocchio::computeGeneralizedGravityDerivatives(*robot_.model, *data_, q_, slope_);
   Eigen::Map<Eigen::VectorXd>(torques, dofs()) = robot_.expand.transpose() * data_->g;
-  Eigen::Map<RowMajor>(slopes, dofs(), dofs()) = robot_.expand.transpose() * slope_ * robot_.expand;
+  by_group(robot_, slope_, slopes);
 }
 
 void Dynamics::take(const double* positions, const double* velocities, const double* accelerations) {

@@ -70,9 +70,7 @@ Robot::Robot(const pinocchio::Model& handed, Eigen::MatrixXd map, Eigen::VectorX
   axis.resize(model->njoints, pinocchio::Motion::Zero());
   supports.resize(model->njoints);
   driven.resize(model->njoints);
-  const Eigen::VectorXd q = neutral();
   for (int joint = 1; joint < model->njoints; ++joint) {
-    Axis::run(model->joints[joint], Axis::ArgsType(q, axis[joint]));
     supports[joint] = supports[model->parents[joint]];
     supports[joint].push_back(joint);
     const auto row = expand.row(column(joint));
@@ -80,14 +78,17 @@ Robot::Robot(const pinocchio::Model& handed, Eigen::MatrixXd map, Eigen::VectorX
       if (row[drive] != 0.0) driven[joint].push_back({drive, row[drive]});
     }
   }
+  const Eigen::VectorXd q = neutral();
+  for (int joint = 1; joint < model->njoints; ++joint) Axis::run(model->joints[joint], Axis::ArgsType(q, axis[joint]));
 }
 
 int Robot::column(int joint) const { return model->idx_vs[joint]; }
 
 void Robot::configure(const double* positions, Eigen::VectorXd& q) const {
-  const Eigen::VectorXd values = expand * Eigen::Map<const Eigen::VectorXd>(positions, dofs()) + offset;
   for (int joint = 1; joint < model->njoints; ++joint) {
-    const double value = values[column(joint)];
+    double value = 0.0;
+    for (const Drive& drive : driven[joint]) value += drive.factor * positions[drive.joint];
+    value += offset[column(joint)];
     const int at = model->idx_qs[joint];
     if (model->nqs[joint] == 1) {
       q[at] = value;
