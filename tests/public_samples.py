@@ -146,6 +146,7 @@ def by_argument() -> Mapping[str, Any]:
         "upper": (1.0, 1.0),
         "value": UP,
         "velocity": (1.0, 1.0),
+        "watched": Servo(ideal(), problem()),
         "weights": {"joint1": 1.0},
         "x0": rows,
         "grasps": (Grasp(placement=AT, width=0.03, opening=0.06),),

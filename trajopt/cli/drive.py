@@ -25,7 +25,8 @@ from trajopt.cli.options import (
     read_files,
     robot_options,
 )
-from trajopt.driving.recording import Logbook, Recording, Watched, write_recording
+from trajopt.driving.commit_loop import CommitLoop
+from trajopt.driving.recording import Logbook, Recording, write_recording
 from trajopt.driving.rehearsal import RunReport, TaskReport
 from trajopt.driving.rehearsal import run as drive
 from trajopt.driving.run_log import write_mcap, write_rerun
@@ -54,7 +55,7 @@ class Watching:
         self._viewer, self._publisher, self._logbook = viewer, publisher, Logbook()
         self._begun: tuple[float, float] | None = None
 
-    def look(self, watched: Watched) -> None:
+    def look(self, watched: CommitLoop) -> None:
         looks = [each.look for each in (self._viewer, self._publisher) if each is not None]
         for look in looks if self._viewer is not None else [*looks, self._logbook.look]:
             look(watched)

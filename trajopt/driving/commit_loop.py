@@ -9,6 +9,7 @@ import numpy as np
 from trajopt.driving.committed_motion import SETTLED, CommittedMotion
 from trajopt.driving.events import Event, EventKind, Journal
 from trajopt.driving.executor import Executor
+from trajopt.driving.intended_motion import IntendedMotion
 from trajopt.driving.motion_guard import MotionGuard, guard_of, start_at
 from trajopt.driving.options import on_clock
 from trajopt.driving.servo_program import ApproachQuery, Braking
@@ -206,7 +207,7 @@ class Commitment(Printed):
 
 @dataclass(eq=False)
 class CommitLoop(Printed, ABC):
-    """The common part of `Supervisor` and `Servo`.
+    """The common part of `Supervisor`, `Servo` and `Guard`.
 
     Each turn compares the robot with its committed motion, and stops it if that is not proven in a changed
     world.
@@ -230,14 +231,22 @@ class CommitLoop(Printed, ABC):
 
     @property
     def world(self) -> WorldSnapshot:
+        """The world as last reported."""
         return self._commitment.world
 
     @property
     def committed(self) -> CommittedMotion:
+        """The committed motion."""
         return self._commitment.motion
 
     @property
+    def intended(self) -> IntendedMotion | None:
+        """The motion to the goal, or None."""
+        return None
+
+    @property
     def moving(self) -> bool:
+        """Whether a committed motion is in progress."""
         return self.executor.now() < self._commitment.motion.end
 
     @checked

@@ -168,10 +168,6 @@ class Guard(CommitLoop):
     def seconds(self) -> dict[str, list[float]]:
         return self._commitment.journal.seconds
 
-    @property
-    def intended(self) -> None:
-        return
-
     @checked
     def act(self, actions: ArrayLike, *, rate: float, stamp: float | None = None) -> Decision:
         """Replace the chunk of actions, and commit as much of it as is proven.

@@ -74,10 +74,12 @@ class MotionGuard(Value):
     def verdict(
         self, motion: Trajectory, world: WorldSnapshot, begin: float, *, requirements: bool = True
     ) -> Verdict:
+        """Judge a motion; arguments as for `proven`."""
         required = self._specification(motion, requirements=requirements, clock=world.clock(begin))
         return self._judge(world.scene).decide(motion, required)
 
     def prepare(self, world: WorldSnapshot) -> None:
+        """Make the judge of a world before the first motion."""
         self._judge(world.scene)
 
     def certificate(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> Certificate:
@@ -90,6 +92,7 @@ class MotionGuard(Value):
         return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
 
     def failed_check(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> str:
+        """Describe the first check that fails; empty if none."""
         if stale := world.stale(begin):
             return stale
         checks = self.certificate(motion, world, begin).checks
@@ -97,6 +100,7 @@ class MotionGuard(Value):
 
     @cached_property
     def options(self) -> VerifyOptions:
+        """The options of its judges."""
         return VerifyOptions(first_interval=FIRST_INTERVAL)
 
     @cached_property

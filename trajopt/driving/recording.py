@@ -6,18 +6,16 @@ from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from threading import Lock
-from typing import Protocol, cast, runtime_checkable
+from typing import cast
 
 import numpy as np
 
+from trajopt.driving.commit_loop import CommitLoop
 from trajopt.driving.committed_motion import CommittedMotion, of_joints
 from trajopt.driving.events import Event, EventKind
-from trajopt.driving.executor import Executor
 from trajopt.driving.guard import ActionOutcome, Decision
-from trajopt.driving.intended_motion import IntendedMotion
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.file_kinds import check_fields, check_value, model_kinds
-from trajopt.problem.problem import Problem
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
@@ -191,46 +189,11 @@ LATEST = 64
 """Entries of each kind from which the last state is made: more than are ever committed at a time."""
 
 
-@runtime_checkable
-class Watched(Protocol):
-    """A driver of a robot that can be recorded: `Supervisor`, `Servo` or `Guard`."""
-
-    @property
-    def executor(self) -> Executor:
-        """The executor."""
-        ...
-
-    @property
-    def problem(self) -> Problem:
-        """The requirements."""
-        ...
-
-    @property
-    def events(self) -> Sequence[Event]:
-        """Events, in order."""
-        ...
-
-    @property
-    def world(self) -> WorldSnapshot:
-        """The world as last reported."""
-        ...
-
-    @property
-    def committed(self) -> CommittedMotion:
-        """The committed motion."""
-        ...
-
-    @property
-    def intended(self) -> IntendedMotion | None:
-        """The motion to the goal, or None."""
-        ...
-
-
 class Logbook:
     """Records a run; call `look` after each cycle. It may be read in other threads."""
 
     def __init__(self) -> None:
-        self._watched: Watched | None = None
+        self._watched: CommitLoop | None = None
         self._times: list[float] = []
         self._positions: list[Floats] = []
         self._committed: list[RecordedMotion] = []
@@ -243,7 +206,7 @@ class Logbook:
         self._lock = Lock()
 
     @checked
-    def look(self, watched: Watched) -> None:
+    def look(self, watched: CommitLoop) -> None:
         """Record the present state."""
         with self._lock:
             if self._watched is None:
@@ -265,7 +228,7 @@ class Logbook:
             time = self._watched.executor.now()
             self._decisions.append(RecordedDecision(time=time, decision=decision))
 
-    def _look(self, watched: Watched) -> None:
+    def _look(self, watched: CommitLoop) -> None:
         executor, now = watched.executor, watched.executor.now()
         if not self._times or now > self._times[-1]:
             self._times.append(now)
@@ -293,7 +256,7 @@ class Logbook:
         """The state at the last sample."""
         return self._recording(LATEST).at(np.inf)
 
-    def _note_motions(self, watched: Watched, now: float) -> None:
+    def _note_motions(self, watched: CommitLoop, now: float) -> None:
         names, pieces = watched.problem.reduced.joint_names, watched.committed.pieces
         for begin, motion in pieces:
             if not any(motion is known for known in self._kept):

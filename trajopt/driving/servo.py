@@ -61,10 +61,6 @@ class Servo(CommitLoop):
     def seconds(self) -> list[float]:
         return self._commitment.journal.seconds.setdefault("tick", [])
 
-    @property
-    def intended(self) -> None:
-        return
-
     @checked
     def command(self, command: Command, stamp: float | None = None) -> None:
         """Follow a command from the next tick until another one or the timeout.

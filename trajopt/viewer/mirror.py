@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from trajopt.driving import Event, EventKind
-from trajopt.driving.recording import Logbook, RecordedMoment, Watched
+from trajopt.driving.commit_loop import CommitLoop
+from trajopt.driving.recording import Logbook, RecordedMoment
 from trajopt.files.bundle.containers import message_of, value_of_message
 from trajopt.geometry import JointPlacements
 from trajopt.problem.problem import Problem
@@ -288,7 +289,7 @@ class RunPublisher:
         self.close()
 
     @checked
-    def look(self, watched: Watched) -> None:
+    def look(self, watched: CommitLoop) -> None:
         """Read the state of the supervisor, always the same, after each cycle."""
         self._logbook.look(watched)
 

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.driving.recording import Logbook, RecordedMoment, Recording, Sighting, Watched
+from trajopt.driving.commit_loop import CommitLoop
+from trajopt.driving.recording import Logbook, RecordedMoment, Recording, Sighting
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.geometry import Evaluator, evaluator
 from trajopt.problem.problem import Problem
@@ -180,7 +181,7 @@ class RunViewer(PlayedPage):
         return self._kept[1]
 
     @checked
-    def look(self, watched: Watched) -> None:
+    def look(self, watched: CommitLoop) -> None:
         """Record the present moment; another thread draws it soon after."""
         if isinstance(self._source, Recording):
             raise ProblemError("this page shows a recording: watch_run shows a run live")

@@ -10,7 +10,8 @@ from enum import Enum
 
 import numpy as np
 
-from trajopt.driving.recording import Logbook, Sighting, Watched
+from trajopt.driving.commit_loop import CommitLoop
+from trajopt.driving.recording import Logbook, Sighting
 from trajopt.driving.servo_command import Command, JointVelocities, Pose, Twist
 from trajopt.driving.servo_input import Order
 from trajopt.driving.world_snapshot import WorldSnapshot
@@ -115,7 +116,7 @@ class ServoPage(Served):
         return Order(speed=new, command=self._command())
 
     @checked
-    def look(self, watched: Watched) -> None:
+    def look(self, watched: CommitLoop) -> None:
         """Look at the servo after a tick; it is drawn soon after, in another thread."""
         self._logbook.look(watched)
 
