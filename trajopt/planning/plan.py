@@ -12,6 +12,7 @@ import numpy as np
 
 from trajopt.optimise.methods import Choice, Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
+from trajopt.planning.experience import Experience
 from trajopt.planning.moving.dynamic_search import planned_among_obstacles
 from trajopt.planning.result import PlanArguments, Recalled, Result
 from trajopt.planning.search import ENDED, PlanSearch, failure_of_all
@@ -20,7 +21,7 @@ from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import function, one_of, unless_none
-from trajopt.values.errors import ProblemError, shown
+from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import named
 
 NO_BOUNDS = Budget()
@@ -55,7 +56,7 @@ def plan(
     improve: bool = False,
     every_goal: bool = False,
     seeds: Sequence[SeedLike] = (),
-    experience: Remembers | None = None,
+    experience: Experience | None = None,
     seconds: float | None = None,
     rng: np.random.Generator | None = None,
     budget: Budget = NO_BOUNDS,
@@ -86,7 +87,7 @@ def plan(
     improve: bool = False,
     every_goal: bool = False,
     seeds: Sequence[SeedLike] = (),
-    experience: Remembers | None = None,
+    experience: Experience | None = None,
     seconds: float | None = None,
     rng: np.random.Generator | None = None,
     budget: Budget = NO_BOUNDS,
@@ -163,14 +164,10 @@ def plan(
     return replace(result, arguments=arguments)
 
 
-def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTracker) -> Recalled | None:
+def _recalled(problem: Problem, experience: Experience | None, tracker: BudgetTracker) -> Recalled | None:
     if experience is None:
         return None
-    if not isinstance(experience, Remembers):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ProblemError(
-            "experience must be what remembers motions, a trajopt.planning.experience.Experience, "
-            f"is {shown(experience)}"
-        )
+    one_of("experience", experience, Experience)
     with tracker.stage("seed"):
         return experience.recall(problem)
 
@@ -200,23 +197,6 @@ def bounded(budget: Budget, seconds: float | None) -> Budget:
     if budget.seconds is not None:
         raise ProblemError("give seconds once: to plan, or to its budget")
     return replace(budget, seconds=seconds)
-
-
-@runtime_checkable
-class Remembers(Protocol):
-    """Remembers motions; `trajopt.planning.experience.Experience` does."""
-
-    def recall(self, problem: Problem) -> Recalled:
-        """Return paths to try first for a problem."""
-        ...
-
-    def learn(self, problem: Problem, result: Result, recalled: Recalled, given: int = 0) -> None:
-        """Record the result of a problem, and of its recalled paths.
-
-        Args:
-            recalled: Earlier result of `recall`.
-        """
-        ...
 
 
 @dataclass(eq=False)

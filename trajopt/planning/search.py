@@ -159,6 +159,7 @@ class PlanSearch:
         return found or (self._most is not None and len(self.attempts) >= self._most)
 
     def learn(self, candidate: Candidate, result: Result) -> None:
+        """Take the outcome of a candidate into account for the next ones."""
         next(goal for goal in self.goals if goal.goal_name == candidate.goal_name).learn(candidate, result)
         solved = result.solve
         block = None if solved is None or result.verified else worst_on_the_way(result.problem, solved)

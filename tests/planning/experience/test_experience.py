@@ -261,7 +261,7 @@ def test_paths_that_cannot_be_remembered() -> None:
 
 
 def test_invalid_experience_is_refused() -> None:
-    with pytest.raises(ProblemError, match="experience must be what remembers motions"):
+    with pytest.raises(ProblemError, match="experience must be an Experience"):
         to.plan(problem(), experience=3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ProblemError, match="most must be at least 1"):
         Experience(most=0)

@@ -14,8 +14,9 @@ from trajopt.lab.suite.outcome import IterationRecord, RunOutcome
 from trajopt.optimise.methods import Knots, Method, method_named
 from trajopt.optimise.solvers import Iteration
 from trajopt.planning.budget import Budget
+from trajopt.planning.experience import Experience
 from trajopt.planning.judgement import judge
-from trajopt.planning.plan import NO_BOUNDS, Remembers, plan
+from trajopt.planning.plan import NO_BOUNDS, plan
 from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, one_of, sequence
@@ -34,7 +35,7 @@ def run(
     budget: Budget = NO_BOUNDS,
     follow: bool = False,
     seen: Callable[[Result], None] | None = None,
-    experience: Remembers | None = None,
+    experience: Experience | None = None,
 ) -> RunOutcome:
     """Make and plan one problem, and judge the motion with a fresh judge.
 

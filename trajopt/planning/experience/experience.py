@@ -266,6 +266,7 @@ class Experience:
 
     @checked
     def recall(self, problem: Problem) -> Recalled:
+        """Return paths to try first for a problem."""
         with self._lock:
             self._look()
             near = _nearest(self._groups, problem) if comparable(problem) else None
@@ -275,7 +276,12 @@ class Experience:
 
     @checked
     def learn(self, problem: Problem, result: Result, recalled: Recalled, given: int = 0) -> None:
-        """Remember a motion, and whether the recalled path has led to it; see `Remembers.learn`."""
+        """Remember a motion, and whether the recalled path has led to it.
+
+        Args:
+            recalled: Earlier result of `recall`.
+            given: Number of seeds that were tried before the recalled path.
+        """
         if not self.learning or not comparable(problem):
             return
         with self._lock:
