@@ -9,6 +9,7 @@ import numpy as np
 from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.kinematics.forward import moving_frame, stacked_jacobian
 from trajopt.optimise.kinematics.inverse import goal_candidates
+from trajopt.optimise.terms.frame_placement import rotation_vector
 from trajopt.planning.budget import Stopped
 from trajopt.planning.moving.dynamic_timing import LONGEST
 from trajopt.planning.moving.static_scenes import at_rest
@@ -23,7 +24,6 @@ from trajopt.scene.reduced import TimedModel
 from trajopt.timing.time_scaling import begun_later
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import shown
-from trajopt.values.placement import as_rotation_vector
 from trajopt.values.trajectory import Path, Trajectory
 
 STEP = 0.25
@@ -254,7 +254,7 @@ class FollowingFrame:
             # Along the axes of the goal's placement, in which its tolerances are stated.
             inward = goal.placement.rotation.T
             off = (points - point[0]) @ inward.T
-            turns = np.array([as_rotation_vector(each @ rotation[0].T) for each in rotations]) @ inward.T
+            turns = rotation_vector(rotations @ rotation[0].T)[0] @ inward.T
             tolerances = np.concatenate((goal.position_tolerance, goal.rotation_tolerance))
             kept = np.isfinite(tolerances) if free else np.ones(6, dtype=np.bool_)
             errors.append(np.concatenate((off, turns), axis=1)[:, kept])
