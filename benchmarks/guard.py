@@ -261,10 +261,12 @@ def is_safe(cell: Cell, state: Floats, time: float, actions: Floats) -> bool:
     """Return whether straight lines from a state through a chunk keep the limits and touch nothing."""
     limits, rows = with_jerk(cell.reduced.limits), np.concatenate((state[:1], actions))
     speeds = np.concatenate((state[1:2], RATE * np.diff(rows, axis=0)))
-    changes = RATE * np.diff(speeds, axis=0)
+    changes = np.concatenate((state[2:], RATE * np.diff(speeds, axis=0)))
     jerks = RATE * np.diff(changes, axis=0)
     rates = ((speeds, limits.velocity), (changes, limits.acceleration), (jerks, limits.jerk))
     if any((np.abs(rate) > most).any() for rate, most in rates):
+        return False
+    if (actions < limits.lower).any() or (actions > limits.upper).any():
         return False
     times: Floats = np.linspace(0.0, CHUNK / RATE, round(CHUNK / RATE / COARSE), endpoint=False)
     before = np.minimum((RATE * times).astype(np.int64), CHUNK - 1)

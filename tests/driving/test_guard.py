@@ -107,6 +107,20 @@ def test_actions_that_come_to_rest_at_a_position_limit_pass_as_given(free: to.Sc
     assert abs(guard.committed(arm.now())[0, 0] - upper[place]) <= SAME
 
 
+def test_actions_before_one_beyond_a_position_limit_pass_as_given(free: to.Scene) -> None:
+    """But for the last four, after which nothing could stop before the limit."""
+    arm, guard = guarded(free)
+    actions = swing(arm.state().positions, 3, -1.3, rate=0.8)
+    lowest = free.robot.limits.lower[free.robot.joint_names.index("panda_joint4")]
+    first = int((actions[:, 3] < lowest).argmax())
+    assert first == 32
+    guard.act(actions, rate=RATE)
+    rows = drive(arm, guard, 1.2)
+    driven = rows[10 * np.arange(1, first + 1), 0]
+    assert (np.abs(driven - actions[:first]).max(axis=1) <= SAME).sum() >= first - 4
+    assert rows[:, 0, 3].min() >= lowest
+
+
 def test_actions_into_an_obstacle_end_before_it(walled: to.Scene) -> None:
     arm, guard = guarded(walled)
     decisions = list[Decision]()

@@ -10,7 +10,7 @@ from trajopt.geometry import Evaluator
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.robot.joints import JointLimits
 from trajopt.timing.time_scaling import stop_at_the_end, tracking
-from trajopt.values.arrays import Floats, Value
+from trajopt.values.arrays import Bools, Floats, Value
 from trajopt.values.cached import cached_per_value
 from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.trajectory import Trajectory
@@ -36,6 +36,12 @@ class ActionChunk(Value):
     def after(self, time: float) -> "ActionChunk":
         later = self.times > time
         return ActionChunk(self.targets[later], self.times[later])
+
+    def up_to(self, limits: JointLimits) -> "ActionChunk | None":
+        """Return the actions before the first that is beyond a position limit; None if that is the first."""
+        beyond: Bools = np.any((self.targets < limits.lower) | (self.targets > limits.upper), axis=1)
+        count = int(beyond.argmax()) if beyond.any() else len(self.times)
+        return ActionChunk(self.targets[:count], self.times[:count]) if count else None
 
     def slowed(self, begin: float, rate: float) -> "ActionChunk":
         """Divide all intervals from a time on by a rate below 1."""

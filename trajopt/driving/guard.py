@@ -30,9 +30,10 @@ from trajopt.verify import Verdict
 
 RATES = (1.0, 0.5, 0.25)
 """Rates at which the actions are tried, the next if no motion along them is within the limits."""
-DEVIATIONS = (1e-5, 1e-3, 3e-2, 0.3)
+DEVIATIONS = (1e-5, 1e-3, 5e-3, 3e-2, 0.3)
 """Deviations from the actions that weigh as much as the largest jerk [rad | m]: the repeatability of an
-arm, the noise of a policy, a jump of its actions, and an arm that comes up to speed.
+arm, the noise of a policy, the present acceleration that it overlooks, a jump of its actions, and an arm that
+comes up to speed.
 """
 SAME = 1e-3
 """Largest deviation at which an action counts as unchanged [rad | m]."""
@@ -325,12 +326,15 @@ class Guard(CommitLoop):
         return None, _why(verdict)
 
     def _within_limits(self, rest: ActionChunk, state: Floats, at: float) -> tuple[ActionMotion, int, float]:
-        found = list[tuple[ActionMotion, int, float]]()
+        found, limits = list[tuple[ActionMotion, int, float]](), self._braking.limits
+        # An action beyond a position limit must not bend the motion along those before it.
+        inside = rest.up_to(limits) or rest
         for rate in RATES:
-            slowed = rest if rate == 1.0 else rest.slowed(at, rate)
-            motion = along_actions(state, at, slowed, DEVIATIONS, self._braking.limits)
-            found.append((motion, motion.within, rate))
-            if motion.within == len(rest.times):
+            followed = inside if rate == 1.0 else inside.slowed(at, rate)
+            motion = along_actions(state, at, followed, DEVIATIONS, limits)
+            whole = rest if rate == 1.0 else rest.slowed(at, rate)
+            found.append((replace(motion, chunk=whole), motion.within, rate))
+            if motion.within == len(inside.times):
                 break
         return max(found, key=lambda each: each[1])
 
