@@ -51,7 +51,7 @@ def test_pads_meet_the_shape_at_the_stated_width(panda: to.Robot, gripper: Gripp
         # Centred between the faces; over the edge by no more than the fingers reach.
         assert abs(middle @ closing) < 1e-12
         over = extent(shape, -approach) + middle @ approach
-        assert 0.0 < over <= 0.03 + 1e-9
+        assert 0.0 < over <= gripper.reach + 1e-9 < 0.0375, "the hand is 37.4 mm behind the pads' centres"
         np.testing.assert_allclose(np.cross(approach, middle), 0.0, atol=1e-12)
 
 
@@ -60,6 +60,13 @@ def test_a_weak_gripper_presses_with_its_largest_force(panda: to.Robot, gripper:
     for largest, expected in ((20.0, 20.0), (gripper.force, 30.0)):
         weak = replace(gripper, force=largest)
         assert {grasp.force for grasp in grasps(panda, weak, box)} == {expected}
+
+
+def test_a_heavy_object_is_held_with_more_force(panda: to.Robot, gripper: Gripper) -> None:
+    for mass, expected in ((0.2, 30.0), (2.5, 1.5 * 2.5 * 9.81), (40.0, gripper.force)):
+        scene = on_table(panda, to.Box(0.04, 0.05, 0.12), to.placement((0.5, 0.0, 0.1)), mass)
+        (force,) = {grasp.force for grasp in grasps_of(scene, "thing", gripper)}
+        assert force == pytest.approx(expected)
 
 
 def test_from_above_comes_first(panda: to.Robot, gripper: Gripper) -> None:

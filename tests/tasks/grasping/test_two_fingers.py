@@ -38,6 +38,10 @@ SRDF = """<robot name="gantry">
 
 @pytest.fixture(scope="module")
 def gantry(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
+    return with_palm(tmp_path_factory.mktemp("gantry"), 0.04)
+
+
+def with_palm(folder: Path, height: float) -> to.Robot:
     """Return a hand that points down on three slides, with fingers that close along y."""
     parts = (
         link("base", 10.0, "0.1 0.1 0.1", "0 0 1.5"),
@@ -46,7 +50,7 @@ def gantry(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
         slide("y", "bridge", "beam", "0 0 -0.1", "0 1 0", (-0.6, 0.6))
         + link("beam", 2.0, "0.05 0.05 0.05", "0 0 0"),
         slide("z", "beam", "carrier", "0 0 -0.3", "0 0 1", (-0.8, 0.1))
-        + link("palm", 1.0, "0.06 0.14 0.04", "0 0 0"),
+        + link("palm", 1.0, f"0.06 0.14 {height}", "0 0 0"),
         slide("left_slide", "palm", "left", "0 0 -0.05", "0 1 0", (0.0, 0.05))
         + link("left", 0.05, "0.02 0.01 0.06", "0 0.005 0"),
         slide("right_slide", "palm", "right", "0 0 -0.05", "0 -1 0", (0.0, 0.05))
@@ -55,7 +59,6 @@ def gantry(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
     mount = '<joint name="mount" type="fixed"><parent link="carrier"/><child link="palm"/></joint>'
     tip = '<joint name="tip" type="fixed"><parent link="palm"/><child link="tcp"/>'
     tip += '<origin xyz="0 0 -0.06" rpy="3.141592653589793 0 0"/></joint><link name="tcp"/>'
-    folder: Path = tmp_path_factory.mktemp("gantry")
     (folder / "gantry.urdf").write_text(
         f'<robot name="gantry">{"".join(parts)}{mount}{tip}<link name="carrier"/></robot>'
     )
@@ -73,6 +76,16 @@ def test_fingers_in_proportion_are_driven_together(gantry: to.Robot, gripper: Gr
     assert together == {"right_slide": ("left_slide", pytest.approx(1.0), pytest.approx(0.0, abs=1e-9))}
     askew = gantry.positions({"left_slide": 0.02})
     assert gripper.driven_together(gantry, askew) == {}
+
+
+def test_the_hand_ends_how_deep_an_object_is_taken(gantry: to.Robot, tmp_path: Path) -> None:
+    """The pads' centres are 60 mm below the middle of the palm: 20 or 50 mm below its end."""
+    for height, expected in ((0.08, 0.017), (0.02, 0.0425)):
+        hand = gripper_of(with_palm(tmp_path, height))
+        assert hand.reach == pytest.approx(expected)
+        scene = to.Scene(gantry).add("cup", to.Cylinder(0.02, 0.1))
+        over = {0.05 - abs(float(grasp.placement.translation[2])) for grasp in grasps_of(scene, "cup", hand)}
+        assert min(over) == pytest.approx(expected)
 
 
 def test_the_object_stays_between_them_on_the_way(gantry: to.Robot, gripper: Gripper) -> None:

@@ -245,8 +245,8 @@ SPARE = 0.01
 """Preferred distance of each pad from the object during the approach [m]."""
 LEAST_SPARE = 0.003
 """The smallest such distance; an object that leaves less is too wide [m]."""
-REACH = 0.03
-"""Overlap of the pads' centres with an object before the hand would touch it [m]."""
+WEIGHTS = 1.5
+"""Force of each finger, relative to the object's weight: pads of rubber then hold it at 1.4 times gravity."""
 AROUND = 8
 """Directions around a cylinder."""
 
@@ -261,29 +261,29 @@ FACES: tuple[Direction, ...] = tuple(
 
 
 def grasps_of(
-    scene: Scene, name: str, gripper: Gripper, *, force: float | None = None, reach: float = REACH
+    scene: Scene, name: str, gripper: Gripper, *, force: float | None = None, reach: float | None = None
 ) -> tuple[Grasp, ...]:
     """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
 
     Each occurs twice, the second time turned by half a turn. Grasps wider than the gripper are left out.
 
     Args:
-        force: Of each finger [N]; 30 N, or the gripper's largest if that is less, if None.
-        reach: Largest overlap of the pads' centres with the object [m].
+        force: Of each finger [N]; if None, 30 N, or 1.5 times the object's weight, at most the gripper's.
+        reach: Largest overlap of the pads' centres with the object [m]; the gripper's if None.
 
     Raises:
         ObjectNotFound: If there is none of that id.
         ModelError: If it has another shape, or several.
     """
     one_of("gripper", gripper, Gripper)
-    each_finger = min(FORCE, gripper.force) if force is None else positive("force", force)
-    positive("reach", reach)
     item = one_of("scene", scene, Scene).object(one_of("name", name, str))
+    each_finger = usual_force(scene, name, gripper) if force is None else positive("force", force)
+    deepest = gripper.reach if reach is None else positive("reach", reach)
     if len(item.parts) != 1:
         raise ModelError(f"object {shown(name)} has {len(item.parts)} shapes; define its grasps yourself")
     shape, where = item.parts[0]
     found: list[Grasp] = []
-    for width, grip, label in grips(shape, reach):
+    for width, grip, label in grips(shape, deepest):
         if width + 2.0 * LEAST_SPARE > gripper.widest or width < gripper.narrowest:
             continue
         for turned in (False, True):
@@ -299,6 +299,12 @@ def grasps_of(
                 )
             )
     return tuple(found)
+
+
+def usual_force(scene: Scene, name: str, gripper: Gripper) -> float:
+    """Return the force of each finger for an object [N], at most the gripper's."""
+    weight = scene.object(name).mass * float(np.linalg.norm(scene.robot.model.gravity.linear))
+    return min(max(FORCE, WEIGHTS * weight), gripper.force)
 
 
 @singledispatch

@@ -15,6 +15,7 @@ from trajopt.values.arrays import Floats, Value, direction_of, floats, one_of, p
 from trajopt.values.errors import GripperError, NameNotFound, ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
+from trajopt.values.shapes.shapes import placed_box
 
 
 @checked
@@ -33,6 +34,7 @@ class Gripper(Value):
         force: Largest force of each finger [N].
         approach: Direction from the hand to the pads in the tool frame, shape (3,), a unit vector.
         closing: Direction from one pad to the other in the tool frame, shape (3,), a unit vector.
+        reach: Overlap of the pads' centres with an object before the hand would touch it [m].
     """
 
     group: str
@@ -45,6 +47,7 @@ class Gripper(Value):
     force: float
     approach: Floats
     closing: Floats
+    reach: float = 0.03
 
     def __post_init__(self) -> None:
         openings = floats("openings", self.openings, (None,))
@@ -55,6 +58,7 @@ class Gripper(Value):
         if abs(float(approach @ closing)) > 1e-3:
             raise ShapeError("closing", "is not at a right angle to the approach direction")
         positive("force", self.force)
+        positive("reach", self.reach)
         for name, value in (
             ("openings", openings),
             ("positions", positions),
@@ -160,6 +164,8 @@ class Gripper(Value):
 
 IN_PROPORTION = 1e-6
 """Largest deviation from proportion of joints with a common drive [rad | m]."""
+PAST_PADS = 0.85
+"""Share of the way from the pads' centres to the hand that an object may take."""
 SAMPLES = 17
 """Number of measured openings."""
 FAR = 10.0
@@ -229,6 +235,15 @@ def gripper_of(
         approach=approach,
         closing=closing,
     )
+    axes = at * known.axes
+    fronts = [
+        float(placed_box(body.shape, axes.inverse() * body.placement)[1, 2])
+        for body in reduced.bodies
+        if body.joint == 0 and body.owner in known.links
+    ]
+    free = -max(fronts, default=-np.inf)
+    if np.isfinite(free) and free > 0.0:
+        known = replace(known, reach=PAST_PADS * free)
     # With a newton at each pad, the motor nearest to its limit decides how many there can be.
     each = np.abs(np.array(list(known.pressing((known.narrowest + known.widest) / 2.0, 1.0).values())))
     # Rounded to a micronewton, since the openings, of which it is a derivative, are.

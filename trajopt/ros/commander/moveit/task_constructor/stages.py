@@ -480,7 +480,7 @@ class Pick(_Handling):
                 placement=held[turn],
                 width=widths[turn],
                 opening=opening,
-                force=min(grasping.FORCE, gripper.force),
+                force=grasping.usual_force(scene, name, gripper),
                 approach=self._straight("approach", scene, far=far),
                 lift=self._straight("lift", scene, far=far),
                 name=f"turned by {np.rad2deg(turn):.0f} degrees",
