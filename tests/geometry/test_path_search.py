@@ -51,7 +51,7 @@ def searched(
         seed=seed,
         check=lambda: None,
     )
-    return found, query.counts
+    return found.corners, query.counts
 
 
 def dense(corners: Floats) -> Floats:
@@ -195,7 +195,7 @@ def test_bodies_may_overlap_by_as_much_as_the_reach_allows(arm: to.Robot) -> Non
                 shortening=0,
                 seed=0,
                 check=lambda: None,
-            )
+            ).corners
             near = plain.close_pairs(np.linspace(GOAL, goal, 200), reach)
             if not len(near.pair):
                 assert found is not None

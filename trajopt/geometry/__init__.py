@@ -11,6 +11,7 @@ from trajopt.geometry.evaluation import WorkCounts as WorkCounts
 from trajopt.geometry.evaluation import angular_jacobian as angular_jacobian
 from trajopt.geometry.evaluation import point_jacobian as point_jacobian
 from trajopt.geometry.query import Query as Query
+from trajopt.geometry.query import SearchedPath as SearchedPath
 from trajopt.geometry.query import SearchSpace as SearchSpace
 from trajopt.geometry.query import evaluator as evaluator
 from trajopt.geometry.query import search_path as search_path

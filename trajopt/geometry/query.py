@@ -157,6 +157,20 @@ def _cloud(shape: Shape) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
+class SearchedPath(Value):
+    """Outcome of a path search.
+
+    Attributes:
+        corners: Of a path of straight lines, both ends included, shape (k, n); None if none was found.
+        exhausted: Whether none was found, and the second half of the search entered nothing new: a longer
+            search would hardly find one.
+    """
+
+    corners: Floats | None
+    exhausted: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class SearchSpace(Value):
     """Space of a path search.
 
@@ -185,8 +199,8 @@ def search_path(
     shortening: int,
     seed: int,
     check: Callable[[], None],
-) -> Floats | None:
-    """Search a path with straight lines between corners (k, n), both ends included; None if none was found.
+) -> SearchedPath:
+    """Search a path of straight lines.
 
     RRT-Connect, with a shortened path; compiled, with a generator of its own, without the interpreter's lock.
     Sources: Kuffner and LaValle, ICRA 2000; Geraerts and Overmars, IJRR 2007 (shortening).
@@ -208,7 +222,7 @@ def search_path(
         counts.forward_kinematics = before + looked
         check()
 
-    corners, looked, bounds, distances = proximity.search_path(
+    corners, exhausted, looked, bounds, distances = proximity.search_path(
         cell=cell(query.reduced),
         start=np.ascontiguousarray(start),
         goals=np.ascontiguousarray(goals),
@@ -226,8 +240,8 @@ def search_path(
     counts.bounds += bounds
     counts.distances += distances
     if not len(corners):
-        return None
+        return SearchedPath(None, exhausted)
     # They were scaled to units and back.
     corners[0] = start
     corners[-1] = goals[np.argmin(np.abs(goals - corners[-1]).max(axis=1))]
-    return corners
+    return SearchedPath(corners)

@@ -86,5 +86,5 @@ def search_path(
     shortening: int,
     seed: int,
     check: Callable[[int], None],
-) -> tuple[Floats, int, int, int]:
-    """Corners of a path that is clear, configurations looked at, bounds compared, calls of Coal."""
+) -> tuple[Floats, bool, int, int, int]:
+    """Corners of a clear path, whether exhausted, configurations looked at, bounds, calls of Coal."""

@@ -132,3 +132,26 @@ def test_planning_uses_it_where_the_straight_line_fails(arm: to.Robot) -> None:
     assert result.verified
     assert result.won is not None and result.attempts[0].kind is SeedKind.STRAIGHT
     assert GOAL["pan"] == pytest.approx(result.require().trajectory.positions[-1][0])
+
+
+def test_no_longer_search_follows_one_that_exhausted_two_joints(planar_arm: to.Robot) -> None:
+    """Nothing leads past a post near the shoulder: longer searches took half a minute to find that."""
+    scene = to.Scene(planar_arm).add("post", to.Box(0.1, 0.1, 1.0), to.placement((0.25, 0.0, 0.0)))
+    start = {"shoulder": -1.0, "elbow": 0.3}
+    problem = to.Problem(
+        scene=scene, group="arm", start=start, goal=to.joint_positions({**start, "shoulder": 1.0})
+    )
+    messages = list[str]()
+    for make in itertools.islice(SampledPaths().seeds(route_of(problem), (), np.random.default_rng(0)), 12):
+        with pytest.raises(NoSeed) as failure:
+            make(WorkCounts(), lambda: None)
+        messages.append(str(failure.value))
+    assert len(messages) == 2 and "nothing new" in messages[-1]
+
+
+def test_searches_of_many_joints_grow_on(arm: to.Robot) -> None:
+    seeds = SampledPaths().seeds(route_of(walled_in(arm)), (), np.random.default_rng(0))
+    for make in itertools.islice(seeds, 4):
+        with pytest.raises(NoSeed) as failure:
+            make(WorkCounts(), lambda: None)
+        assert "nothing new" not in str(failure.value)

@@ -247,7 +247,7 @@ Numpy<double> displacement(Query& query, const Matrix<double>& from, const Matri
   return hand_over(std::move(largest), {samples});
 }
 
-// Corners of a path that is clear, and what was looked at: configurations, bounds, distances.
+// Corners of a path that is clear, whether the search was exhausted, and what was looked at: configurations, bounds, distances.
 auto search_path(const Cell& cell, const Vector<double>& start, const Matrix<double>& goals, const Vector<double>& lower,
            const Vector<double>& upper, const Vector<double>& unit, const Vector<double>& reach, double step,
            std::int64_t looks, std::int64_t shortening, std::uint64_t seed, const nb::callable& check) {
@@ -267,8 +267,8 @@ auto search_path(const Cell& cell, const Vector<double>& start, const Matrix<dou
     found = PathSearch(cell, asked, ask)();
   }
   const size_t corners = found.corners.size() / dofs;
-  return std::make_tuple(hand_over(std::move(found.corners), {corners, dofs}), found.looked, found.work.bounds,
-                         found.work.distances);
+  return std::make_tuple(hand_over(std::move(found.corners), {corners, dofs}), found.exhausted, found.looked,
+                         found.work.bounds, found.work.distances);
 }
 
 // Torques of the group's joints at as many states.

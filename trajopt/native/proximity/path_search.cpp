@@ -24,6 +24,7 @@ FoundPath PathSearch::operator()() {
   for (const Node& node : path) {
     for (int joint = 0; joint < dofs_; ++joint) result.corners.push_back(node[joint] * asked_.unit[joint]);
   }
+  result.exhausted = path.empty() && exhausted();
   result.looked = lines_.clear.looked;
   result.work = lines_.clear.work;
   return result;
@@ -72,7 +73,22 @@ PathSearch::Node PathSearch::between(const double* from, const double* to, doubl
 int PathSearch::extend(Tree& tree, const Nearest& from, const double* towards) {
   const double* root = tree.nodes.data() + static_cast<size_t>(from.node) * dofs_;
   const Node tip = between(root, towards, kBranch / std::max(from.distance, kBranch));
-  return free(root, tip.data()) ? add(tree, tip.data(), from.node) : -1;
+  const bool clear = free(root, tip.data());
+  if ((clear ? tree.reached : tree.blocked).insert(cell(tip)).second) entered_.push_back(drawn_);
+  return clear ? add(tree, tip.data(), from.node) : -1;
+}
+
+// The number of a cell; two share one hardly ever.
+std::uint64_t PathSearch::cell(const Node& node) const {
+  std::uint64_t number = 0;
+  for (double position : node) number = Generator(number + static_cast<std::int64_t>(std::floor(position / kCell))).next();
+  return number;
+}
+
+// Whether the second half of the search entered hardly any new cell.
+bool PathSearch::exhausted() const {
+  const auto second_half = std::upper_bound(entered_.begin(), entered_.end(), drawn_ / 2);
+  return drawn_ >= kSure && entered_.end() - second_half <= kNew * entered_.size();
 }
 
 // Grow branches towards a configuration until it is reached, or something is in the way: -1.
@@ -114,7 +130,8 @@ std::vector<PathSearch::Node> PathSearch::searched() {
     if (free(trees[0].nodes.data(), end)) return joined(trees[0], 0, trees[1], goal);
   }
   // Whatever is drawn counts too: where there is nothing else than what the trees hold already, this ends.
-  while (lines_.clear.looked < asked_.looks && drawn_ < asked_.looks) {
+  const auto often = [&] { return drawn_ >= kSure && (drawn_ & (drawn_ - 1)) == 0; };
+  while (lines_.clear.looked < asked_.looks && drawn_ < asked_.looks && !(often() && exhausted())) {
     const bool backward = trees[1].count() < trees[0].count();
     Tree &grown = trees[backward], &other = trees[!backward];
     draw(grown, sample);

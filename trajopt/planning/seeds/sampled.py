@@ -40,9 +40,16 @@ SURE = 1e-8
 """Allowance below the distances at start and goals, for the error of repeated measurements [m]."""
 
 
+class Exhausted(NoSeed):
+    """A search found no path, and longer ones would hardly find one."""
+
+
 @dataclass(frozen=True)
 class SampledPaths:
-    """The `SeedSource` of paths of RRT-Connect, without end; they are searched longer and longer."""
+    """The `SeedSource` of paths of RRT-Connect.
+
+    They are searched longer and longer, until a search that keeps least of the margins is exhausted.
+    """
 
     kind = SeedKind.SAMPLED
 
@@ -50,22 +57,33 @@ class SampledPaths:
         self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
     ) -> Iterator[MakeSeed]:
         del blocked
+        widest = list[_Sampled]()
         for index in count():
-            looks = CHECKED * (1 + index // PATIENCE)
-            yield _Sampled(context, rng.spawn(1)[0], looks, KEPT[index % len(KEPT)])
+            if any(each.exhausted for each in widest):
+                return
+            looks, kept = CHECKED * (1 + index // PATIENCE), KEPT[index % len(KEPT)]
+            made = _Sampled(context, rng.spawn(1)[0], looks, kept)
+            if kept == min(KEPT):
+                widest.append(made)
+            yield made
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Sampled(Value):
     context: SeedContext
     rng: np.random.Generator
     checked: int
     kept: float
+    exhausted: bool = False
 
     def __call__(self, counts: WorkCounts, check: Check) -> Floats:
-        return sampled(
-            self.context, rng=self.rng, counts=counts, check=check, checked=self.checked, kept=self.kept
-        )
+        try:
+            return sampled(
+                self.context, rng=self.rng, counts=counts, check=check, checked=self.checked, kept=self.kept
+            )
+        except Exhausted:
+            self.exhausted = True
+            raise
 
 
 def sampled(
@@ -84,6 +102,9 @@ def sampled(
         check: Called while it searches; may raise to stop.
         checked: Most configurations to check on each leg.
         kept: Part of each pair's margin kept, beyond the requirement.
+
+    Raises:
+        NoSeed: If there is none; `Exhausted` if a longer search would hardly find one.
     """
     query, knots = context.query(counts), context.line.knots
     places = (0, *context.line.places, len(knots) - 1)
@@ -91,7 +112,7 @@ def sampled(
     for first, last in pairwise(places):
         goals = context.ends if last == places[-1] else knots[last][None]
         space = _space(query, np.vstack((knots[first], goals)), context.scale, kept)
-        corners = search_path(
+        found = search_path(
             query,
             knots[first],
             goals,
@@ -101,9 +122,11 @@ def sampled(
             seed=int(rng.random() * 2**53),
             check=check,
         )
-        if corners is None:
+        if found.corners is None:
+            if found.exhausted:
+                raise Exhausted("the sampling planner found no path, and in the end nothing new")
             raise NoSeed(f"the sampling planner found no path among {checked} configurations")
-        legs.append(_even(corners, last - first, context.reduced.limits.velocity)[1:])
+        legs.append(_even(found.corners, last - first, context.reduced.limits.velocity)[1:])
     return _held(np.concatenate(legs), context, query)
 
 
