@@ -12,7 +12,7 @@ import numpy as np
 from trajopt.geometry import Evaluator, SearchSpace, WorkCounts, search_path
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext, SeedKind
-from trajopt.values.arrays import Floats, Value
+from trajopt.values.arrays import Floats, Printed
 
 CHECKED = 60_000
 """Configurations checked on one leg before a restart. The costs of one problem's searches differ by a factor
@@ -69,7 +69,7 @@ class SampledPaths:
 
 
 @dataclass(eq=False)
-class _Sampled(Value):
+class _Sampled(Printed):
     context: SeedContext
     rng: np.random.Generator
     checked: int
