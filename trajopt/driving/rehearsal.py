@@ -494,7 +494,7 @@ class LiveRun:
             changed: Returns the world if it has changed since the last call, which is before each cycle.
             look: Called after each cycle.
             patient: Whether to wait for another world while the way is blocked.
-            speed: Rate of simulated time: 1 for real time, 0 for as fast as possible.
+            speed: Rate of simulated time: 1 for real time, 0 for as fast as possible, as a stop always is.
         """
         arm, supervisor, begin = self.arm, self.supervisor, time.monotonic()
 
@@ -518,6 +518,7 @@ class LiveRun:
             return False
         supervisor.stop()
         until = arm.now() + STOPPING
+        speed = 0.0  # who cancels a slowed run does not wait for a slowed stop
         while supervisor.moving and arm.now() < until:
             cycle()
         return True
