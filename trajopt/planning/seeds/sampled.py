@@ -40,7 +40,7 @@ SURE = 1e-8
 """Allowance below the distances at start and goals, for the error of repeated measurements [m]."""
 
 
-class Exhausted(NoSeed):
+class SpaceExhausted(NoSeed):
     """A search found no path, and longer ones would hardly find one."""
 
 
@@ -81,7 +81,7 @@ class _Sampled(Printed):
             return sampled(
                 self.context, rng=self.rng, counts=counts, check=check, checked=self.checked, kept=self.kept
             )
-        except Exhausted:
+        except SpaceExhausted:
             self.exhausted = True
             raise
 
@@ -104,7 +104,7 @@ def sampled(
         kept: Part of each pair's margin kept, beyond the requirement.
 
     Raises:
-        NoSeed: If there is none; `Exhausted` if a longer search would hardly find one.
+        NoSeed: If there is none; `SpaceExhausted` if a longer search would hardly find one.
     """
     query, knots = context.query(counts), context.line.knots
     places = (0, *context.line.places, len(knots) - 1)
@@ -124,7 +124,7 @@ def sampled(
         )
         if found.corners is None:
             if found.exhausted:
-                raise Exhausted("the sampling planner found no path, and in the end nothing new")
+                raise SpaceExhausted("the sampling planner found no path, and in the end nothing new")
             raise NoSeed(f"the sampling planner found no path among {checked} configurations")
         legs.append(_even(found.corners, last - first, context.reduced.limits.velocity)[1:])
     return _held(np.concatenate(legs), context, query)
