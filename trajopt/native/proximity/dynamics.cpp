@@ -7,21 +7,11 @@ namespace proximity {
 
 namespace {
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// Derivatives by the group's joints of those by the model's, row by row. Without mimic joints they are the same.
-template <class Full>
-void by_group(const Robot& robot, const Full& full, double* slopes) {
-  Eigen::Map<RowMajor> found(slopes, robot.dofs(), robot.dofs());
-  if (robot.expand.isIdentity(0.0)) {
-    found = full;
-  } else {
-    found = robot.expand.transpose() * full * robot.expand;
-  }
-}
 }  // namespace
 
 Dynamics::Dynamics(Robot robot)
     : robot_(std::move(robot)),
+      same_joints_(robot_.expand.isIdentity(0.0)),
       data_(std::make_unique<pinocchio::Data>(*robot_.model)),
       q_(robot_.neutral()),
       velocity_(robot_.model->nv),
@@ -29,6 +19,16 @@ Dynamics::Dynamics(Robot robot)
       slope_(Eigen::MatrixXd::Zero(robot_.model->nv, robot_.model->nv)) {}
 
 Dynamics::~Dynamics() = default;
+
+template <class Full>
+void Dynamics::by_group(const Full& full, double* slopes) const {
+  Eigen::Map<RowMajor> found(slopes, dofs(), dofs());
+  if (same_joints_) {
+    found = full;
+  } else {
+    found = robot_.expand.transpose() * full * robot_.expand;
+  }
+}
 
 void Dynamics::torques(const double* positions, const double* velocities, const double* accelerations,
                        double* torques) {
@@ -43,16 +43,16 @@ void Dynamics::slopes(const double* positions, const double* velocities, const d
   pinocchio::computeRNEADerivatives(*robot_.model, *data_, q_, velocity_, acceleration_);
   // Only the upper half of the mass matrix is written.
   data_->M.triangularView<Eigen::StrictlyLower>() = data_->M.transpose().triangularView<Eigen::StrictlyLower>();
-  by_group(robot_, data_->dtau_dq, by_position);
-  by_group(robot_, data_->dtau_dv, by_velocity);
-  by_group(robot_, data_->M, by_acceleration);
+  by_group(data_->dtau_dq, by_position);
+  by_group(data_->dtau_dv, by_velocity);
+  by_group(data_->M, by_acceleration);
 }
 
 void Dynamics::gravity(const double* positions, double* torques, double* slopes) {
   robot_.configure(positions, q_);
   pinocchio::computeGeneralizedGravityDerivatives(*robot_.model, *data_, q_, slope_);
   Eigen::Map<Eigen::VectorXd>(torques, dofs()) = robot_.expand.transpose() * data_->g;
-  by_group(robot_, slope_, slopes);
+  by_group(slope_, slopes);
 }
 
 void Dynamics::take(const double* positions, const double* velocities, const double* accelerations) {

@@ -31,7 +31,12 @@ class Dynamics : public robot::RobotDynamics {
  private:
   void take(const double* positions, const double* velocities, const double* accelerations);
 
+  // Derivatives by the group's joints of those by the model's, row by row.
+  template <class Full>
+  void by_group(const Full& full, double* slopes) const;
+
   Robot robot_;
+  const bool same_joints_;  // the group's are the model's: none mimics another
   std::unique_ptr<pinocchio::Data> data_;
   Eigen::VectorXd q_, velocity_, acceleration_;
   Eigen::MatrixXd slope_;  // entries between joints of different branches are never written: they stay 0

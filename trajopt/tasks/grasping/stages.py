@@ -227,8 +227,8 @@ class PlaceObject(Value):
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         picked = _unfinished(state, self.object)[1]
-        given = picked.gripper if self.gripper is None and picked is not None else self.gripper
-        gripper = hand_of(state.scene, given, search.group)
+        hand = picked.gripper if self.gripper is None and picked is not None else self.gripper
+        gripper = hand_of(state.scene, hand, search.group)
         assert not isinstance(self.places, Place)
         for given in self.places:
             lines = _blended(given.lower, search), _blended(given.retreat, search)
