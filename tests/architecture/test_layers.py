@@ -69,6 +69,7 @@ CORES = {
     "banded": {"optimise.solvers"},
     "descent": {"optimise.solvers", "optimise.transcription"},
     "timing": {"timing"},
+    "servo": {"driving"},
     "proof": {"verify"},
     "checker": {"files.proof"},
     "covers": {"robot"},

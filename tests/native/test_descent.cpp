@@ -16,7 +16,8 @@ struct Disc : robot::RobotQuery {
   int positions() const override { return 2; }
   int joints() const override { return 2; }
   int pairs() const override { return 1; }
-  robot::Near near(const double* positions, int samples, const std::vector<double>& reach) override {
+  robot::Near near(const double* positions, int samples, const std::vector<double>& reach,
+                    const std::vector<double>&) override {
     sample.clear(), pair.clear(), distance.clear(), jacobian.clear();
     for (int each = 0; each < samples; ++each) {
       const double x = positions[2 * each], y = positions[2 * each + 1], away = std::hypot(x, y);

@@ -14,7 +14,8 @@ struct SlidingDisc : robot::RobotQuery {
   int positions() const override { return 3; }
   int joints() const override { return 3; }
   int pairs() const override { return 2; }
-  robot::Near near(const double* positions, int samples, const std::vector<double>& reach) override {
+  robot::Near near(const double* positions, int samples, const std::vector<double>& reach,
+                    const std::vector<double>&) override {
     sample.clear(), pair.clear(), distance.clear(), jacobian.clear();
     for (int each = 0; each < samples; ++each) {
       const double x = positions[3 * each] - positions[3 * each + 2], y = positions[3 * each + 1];

@@ -177,7 +177,7 @@ class Servo(CommitLoop):
             tool = Tool.at(self._near.query, positions, self.frame, joints)
             twist = self._twist(command, tool)
             task = tool.task(twist)
-            singular = tool.approach(twist, braking, state[1]).that_can_break(lower, upper)
+            singular = tool.approach(twist, braking, state[1])
             near = ApproachLimits(
                 np.concatenate((near.jacobian, singular.jacobian)),
                 np.concatenate((near.lower, singular.lower)),

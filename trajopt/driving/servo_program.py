@@ -17,15 +17,14 @@ import numpy as np
 
 from trajopt.geometry import JointPlacements, evaluator
 from trajopt.geometry.geometry import BoundingBoxes
-from trajopt.optimise.nlp import ConstraintRows, CostRows, Linearisation
-from trajopt.optimise.solvers.subproblem import BandedSteps
+from trajopt.native import servo
+from trajopt.optimise.solvers.subproblem import REGULARISATION, BandedSteps
 from trajopt.robot.joints import EXCESS, JointLimits
 from trajopt.scene.bounds import pair_levers
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import ChangingPairs
-from trajopt.timing.time_scaling import TICK
-from trajopt.values.arrays import Floats, Loss, Rows, Value
-from trajopt.values.cached import cached_per_value
+from trajopt.timing.time_scaling import TICK, limit_rows
+from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
 
 
@@ -33,13 +32,21 @@ class BodySpeeds:
     """Approach speeds of pairs of bodies, in a configuration and for velocities within bounds."""
 
     def __init__(self, reduced: ReducedModel) -> None:
-        model, boxes = reduced.model, BoundingBoxes.of(reduced)
-        self._mimic, self._pairs, self._levers = reduced.mimic_matrix, reduced.pairs, pair_levers(reduced)
-        self._joint, self._centre, self._radius = boxes.joint, boxes.centre[:, :, None], boxes.radius
-        self._carried = np.zeros((model.nv, model.njoints))
+        model, boxes, pairs = reduced.model, BoundingBoxes.of(reduced), reduced.pairs
+        carried = np.zeros((model.nv, model.njoints))
         for joint in range(1, model.njoints):
             for carrier in list(model.supports[joint])[1:]:
-                self._carried[int(model.joints[carrier].idx_v), joint] = 1.0
+                carried[int(model.joints[carrier].idx_v), joint] = 1.0
+        self._core = servo.BodySpeeds(
+            boxes.joint.astype(np.int64),
+            boxes.centre,
+            boxes.radius,
+            carried,
+            np.asarray(pairs.first, dtype=np.int64),
+            np.asarray(pairs.second, dtype=np.int64),
+            np.ascontiguousarray(reduced.mimic_matrix),
+            np.ascontiguousarray(pair_levers(reduced)),
+        )
 
     def nearer(self, placed: JointPlacements, lower: Floats, upper: Floats) -> Floats:
         """Bound the approach speed of each pair, shape (p,) [m/s].
@@ -51,18 +58,8 @@ class BodySpeeds:
             lower: Least velocities of the joints, shape (n,) [rad/s | m/s].
             upper: Shape (n,).
         """
-        rates = self._mimic @ ((lower + upper) / 2.0)
-        twist = (placed.jacobian[0] * rates) @ self._carried
-        linear, angular = twist[:3, self._joint].T, twist[3:, self._joint].T
-        turned = (placed.rotation[0, self._joint] @ self._centre)[:, :, 0]
-        centre = turned + placed.translation[0, self._joint]
-        ahead, behind = (1, 2, 0), (2, 0, 1)
-        moved = linear + angular[:, ahead] * centre[:, behind] - angular[:, behind] * centre[:, ahead]
-        sizes = np.sqrt(np.stack((moved, angular)) ** 2 @ np.ones(3))
-        speed = sizes[0] + sizes[1] * self._radius
-        middle = speed[self._pairs.first] + speed[self._pairs.second]
-        by_levers = self._levers @ np.stack((np.maximum(-lower, upper), (upper - lower) / 2.0), axis=1)
-        return np.minimum(by_levers[:, 0], middle + by_levers[:, 1])
+        first = placed.rotation[0], placed.translation[0], placed.jacobian[0]
+        return self._core.nearer(*first, lower, upper)
 
 
 PENALTY = 1e4
@@ -94,12 +91,6 @@ class ApproachLimits(Value):
     jacobian: Floats
     lower: Floats
 
-    def that_can_break(self, lower: Floats, upper: Floats) -> "ApproachLimits":
-        """Return the rows that velocities between bounds, shape (n,) each, can violate."""
-        least = np.minimum(self.jacobian * lower, self.jacobian * upper).sum(axis=1)
-        rows = least < self.lower
-        return ApproachLimits(self.jacobian[rows], self.lower[rows])
-
 
 class Braking:
     """Velocities of joints after a tick, and the time in which they stop."""
@@ -115,52 +106,18 @@ class Braking:
         # Building up and releasing the braking acceleration has the effect of a delay. A loop with two lags
         # does not overshoot if the outer lag is four times the inner one, which is a tick.
         self.delay = limits.acceleration / limits.jerk / 2.0 + 4.0 * period
+        self._core = servo.Braking(limit_rows(limits), self.delay, period, TICK, EXCESS, INSET)
 
     def time(self, velocities: Floats) -> float:
-        slowest = float((np.abs(velocities) / self.limits.acceleration).max())
-        return slowest + float(self.delay.max())
+        return self._core.time(velocities)
 
     def bounds(self, state: Floats) -> tuple[Floats, Floats]:
-        limits, period = self.limits, self.period
-        position, _, acceleration = state
-        most, change = limits.acceleration, limits.jerk * period
-        reached = np.stack((acceleration - change, acceleration + change))
-        least, greatest = self.settled(state, np.minimum(np.maximum(reached, -most), most))
-        room = np.stack((position - limits.lower, limits.upper - position))
-        down, up = np.minimum(limits.velocity * (1.0 - EXCESS), self._brakeable(room))
-        lower, upper = np.minimum(np.maximum(np.stack((-down, up)), least), greatest)
-        return lower, upper
-
-    def settled(self, state: Floats, acceleration: Floats) -> Floats:
-        """Return the velocities that joints settle at after accelerations at the tick's end, (..., n)."""
-        gone = np.maximum(np.abs(acceleration) / self.limits.jerk + TICK, self.period)
-        return state[1] + self.period * (state[2] + acceleration) / 2.0 + acceleration * gone / 2.0
-
-    def acceleration(self, state: Floats, settled: Floats) -> Floats:
-        jerk, half = self.limits.jerk, (self.period + TICK) / 2.0
-        change = settled - state[1] - self.period * state[2] / 2.0
-        size = np.abs(change)
-        longer = jerk * (np.sqrt(half**2 + 2.0 * size / jerk) - half)
-        return np.sign(change) * np.minimum(size / self.period, longer)
+        """Return the velocities at which joints can settle, from a state of shape (3, n)."""
+        return self._core.bounds(state)
 
     def after(self, state: Floats, settled: Floats) -> Floats:
-        most, period = self.limits.acceleration, self.period
-        then = np.minimum(np.maximum(self.acceleration(state, settled), -most), most)
-        position, velocity, before = state
-        return np.stack(
-            (
-                position + period * (velocity + period * (2.0 * before + then) / 6.0),
-                velocity + period * (before + then) / 2.0,
-                then,
-            )
-        )
-
-    def _brakeable(self, distance: Floats) -> Floats:
-        """Return the largest velocities w at distances w t + w^2 / 2a, (..., n), where t is the delay."""
-        most = self.limits.acceleration
-        delayed = most * self.delay
-        distance = np.maximum(distance - INSET, 0.0)
-        return np.sqrt(delayed**2 + 2.0 * most * distance) - delayed
+        """Return the state after the tick, shape (3, n), for velocities at which the joints settle."""
+        return self._core.after(state, settled)
 
 
 class ApproachQuery:
@@ -242,43 +199,21 @@ class ApproachQuery:
         deceleration = np.abs(jacobian) @ limits.acceleration
         allowed = np.minimum(distance / stop_time, np.sqrt(2.0 * deceleration * distance))
         obstacle = near.jacobian[:, joints:] @ rates[joints:] - growth[near.pair]
-        found = ApproachLimits(jacobian, -allowed - obstacle)
-        return found if bounds is None else found.that_can_break(*bounds)
+        return ApproachLimits(jacobian, -allowed - obstacle)
 
 
 def settle(
     task: VelocityTask, approach: ApproachLimits, lower: Floats, upper: Floats, limits: JointLimits
 ) -> Floats | None:
     """Return the velocities between bounds (n,) that follow a task best; None without a solution."""
-    middle, joints = (lower + upper) / 2.0, len(lower)
-    wanted = len(task.target)
-    matrix = np.concatenate((task.matrix, _relative(limits)))
-    value, weight = matrix @ middle, np.full(wanted + joints, DAMPING)
-    value[:wanted] -= task.target
-    weight[:wanted] = 1.0
-    costs = CostRows("command", _rows(value, matrix), weight, Loss.SQUARED)
-    kept = ConstraintRows(
-        "clearance",
-        _rows(approach.jacobian @ middle, approach.jacobian),
+    return servo.settle(
+        task.matrix,
+        task.target,
+        approach.jacobian,
         approach.lower,
-        np.full(len(approach.lower), np.inf),
-        0.0,
+        lower,
+        upper,
+        limits.velocity,
+        (DAMPING, PENALTY, EXCESS, ACCURACY, REGULARISATION),
+        BandedSteps().max_iterations,
     )
-    at = Linearisation(middle[None], (costs,), (kept,), np.zeros(0, dtype=np.int64))
-    moves = (upper - lower > EXCESS * limits.velocity)[None]
-    step = (
-        BandedSteps()
-        .program(moves, at, PENALTY)
-        .solve((lower - middle)[None], (upper - middle)[None], ACCURACY)
-    )
-    return None if step is None else np.minimum(np.maximum(middle + step.dx[0], lower), upper)
-
-
-@cached_per_value
-def _relative(limits: JointLimits) -> Floats:
-    return np.diag(1.0 / limits.velocity)
-
-
-def _rows(value: Floats, jacobian: Floats) -> Rows:
-    count = np.zeros(len(value), dtype=np.int64)
-    return Rows(value, jacobian[:, None, :], count[:, None], count, np.zeros(len(value)))

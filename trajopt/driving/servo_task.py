@@ -1,16 +1,17 @@
 """Servo task: the joint velocities of a command, and the approach of a tool to singularities."""
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.driving.servo_program import ApproachLimits, Braking, VelocityTask
 from trajopt.geometry import Evaluator, JointPlacements
+from trajopt.native import servo
 from trajopt.problem.requirements.joints import LENGTH
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats, Ints, Value, readonly
+from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.errors import JointNotFound
 from trajopt.values.placement import Placement, as_rotation_vector
 
@@ -57,9 +58,10 @@ class Tool(Value):
         chain = reduced.derived_of_robot(_chains)[joint]
         point = placed.rotation[0, joint] @ held.translation + placed.translation[0, joint]
         moved = placed.jacobian[0][:, chain].T
-        angular = moved[:, 3:]
+        angular = np.ascontiguousarray(moved[:, 3:])
         linear = moved[:, :3] + angular @ (point @ _ACROSS).reshape(3, 3)
-        return Tool(reduced, placed, linear, angular, reduced.mimic_matrix[chain, :joints])
+        mimic = np.ascontiguousarray(reduced.mimic_matrix[chain, :joints])
+        return Tool(reduced, placed, linear, angular, mimic)
 
     def placement(self, frame: str) -> Placement:
         joint, held = self.reduced.attachment(frame)
@@ -84,13 +86,7 @@ class Tool(Value):
         singularities, such as aligned axes of a wrist, the vector turns with the joints, and c is the size of
         the whole twist.
         """
-        left, values, right, slopes = self.singular_values()
-        lengths = _as_lengths(twist)
-        along = np.abs((slopes * right).sum(axis=1))
-        ends = along > ENDING * np.sqrt((slopes**2).sum(axis=1))
-        size = np.where(ends, np.abs(left.T @ lengths), np.sqrt(lengths @ lengths))
-        smallest = size * (np.abs(right) / braking.limits.velocity).max(axis=1)
-        room = np.maximum(values - smallest, 0.0)
+        slopes, room = servo.approach(*self._chain, _as_lengths(twist), braking.limits.velocity, ENDING)
         return ApproachLimits(slopes, -room / braking.time(velocities))
 
     def singular_values(self) -> tuple[Floats, Floats, Floats, Floats]:
@@ -104,28 +100,15 @@ class Tool(Value):
             Left singular vectors as columns (6, m), values (m,), right ones as rows (m, n), and slopes (m,
             n).
         """
-        left, values, right = np.linalg.svd(self.jacobian, full_matrices=False)
-        rates, farther = right @ self.mimic.T, _farther(len(self.mimic))
-        moving, turning = left[:3].T @ _ACROSS, left[3:].T @ _ACROSS
-        moved = farther * (self.angular @ _turned(self.linear @ moving.reshape(-1, 3, 3)))
-        spun = farther * (self.angular @ _turned(LENGTH * self.angular @ turning.reshape(-1, 3, 3)))
-        by_nearer = ((moved + spun) @ rates[:, :, None])[:, :, 0]
-        by_farther = (rates[:, None] @ moved)[:, 0]
-        slopes = by_nearer + by_farther - np.diagonal(moved, axis1=1, axis2=2) * rates
-        return left, values, right, slopes @ self.mimic
+        return servo.singular_values(*self._chain)
 
-
-@cache
-def _farther(count: int) -> Floats:
-    return readonly(np.tri(count).T)
+    @property
+    def _chain(self) -> tuple[Floats, Floats, Floats, float]:
+        return self.linear, self.angular, self.mimic, LENGTH
 
 
 def _as_lengths(twist: Floats) -> Floats:
     return np.concatenate((twist[:3], LENGTH * twist[3:]))
-
-
-def _turned(matrices: Floats) -> Floats:
-    return matrices.transpose(0, 2, 1)
 
 
 def _chains(reduced: ReducedModel) -> tuple[Ints, ...]:

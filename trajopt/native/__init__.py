@@ -4,7 +4,7 @@ from importlib.util import find_spec
 
 from trajopt.values.errors import NativeCoresMissing
 
-CORES = ("proximity", "banded", "descent", "timing", "proof", "checker", "covers")
+CORES = ("proximity", "banded", "descent", "timing", "servo", "proof", "checker", "covers")
 """Names of all cores."""
 
 

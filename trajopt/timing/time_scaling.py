@@ -218,7 +218,7 @@ def stop_from(begin: Floats, limits: JointLimits) -> Trajectory:
         begin: Positions, velocities and accelerations, shape (3, n).
         limits: With finite acceleration and jerk limits.
     """
-    times, rows = timing.stop_from(begin, _rows(limits), TICK, EXCESS)
+    times, rows = timing.stop_from(begin, limit_rows(limits), TICK, EXCESS)
     return Trajectory(limits.joint_names, times, *rows)
 
 
@@ -241,7 +241,7 @@ def stop_at_the_end(times: Floats, states: Floats, limits: JointLimits) -> Traje
         states: Positions, velocities and accelerations, shape (3, k, n).
         limits: With finite acceleration and jerk limits.
     """
-    later, rows = timing.stop_from(np.ascontiguousarray(states[:, -1]), _rows(limits), TICK, EXCESS)
+    later, rows = timing.stop_from(np.ascontiguousarray(states[:, -1]), limit_rows(limits), TICK, EXCESS)
     whole = np.concatenate((states[:, :-1], rows), axis=1)
     return Trajectory(limits.joint_names, np.concatenate((times[:-1], times[-1] + later)), *whole)
 
@@ -267,11 +267,12 @@ def tracking(
         States at the begin and at the targets, shape (3, k + 1, n), the jerks up to each target, shape (k,
         n), and the number of targets up to the first at which a limit is exceeded.
     """
-    return timing.track(begin, times, targets, weights, _rows(limits))
+    return timing.track(begin, times, targets, weights, limit_rows(limits))
 
 
 @cached_per_value
-def _rows(limits: JointLimits) -> Floats:
+def limit_rows(limits: JointLimits) -> Floats:
+    """Return the limits as the native cores take them: lower, upper, velocity, acceleration and jerk, (5, n)."""
     return np.stack((limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk))
 
 
