@@ -272,7 +272,7 @@ def tracking(
 
 @cached_per_value
 def limit_rows(limits: JointLimits) -> Floats:
-    """Return the limits as the native cores take them: lower, upper, velocity, acceleration and jerk, (5, n)."""
+    """Return the limits for the native cores: lower, upper, velocity, acceleration, jerk; shape (5, n)."""
     return np.stack((limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk))
 
 
