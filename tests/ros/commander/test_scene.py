@@ -135,6 +135,12 @@ def test_attaching(scene: PlanningSceneInterface, jumping: World, attach: Callab
     assert list(scene.get_attached_objects()) == ["it"]
     assert scene.get_known_object_names() == []
     before = jumping.scene.placement_of("it", jumping.positions)
+    with pytest.raises(MoveItCommanderException, match="no object in the world named 'it'"):
+        scene.remove_world_object("it")
+    with pytest.raises(MoveItCommanderException, match=r"no object in the world .*named 'it'"):
+        scene.add_object(CollisionObject(id="it", operation=CollisionObject.MOVE))
+    scene.add_object(CollisionObject(id="it", operation=CollisionObject.REMOVE))
+    assert list(scene.get_attached_objects()) == ["it"]
     scene.remove_attached_object("hand", "it")
     assert scene.get_known_object_names() == ["it"]
     after = jumping.scene.placement_of("it", jumping.positions)
@@ -194,7 +200,7 @@ def test_differences(scene: PlanningSceneInterface, jumping: World) -> None:
     [
         (
             lambda scene: scene.remove_world_object("bxo"),
-            r"no object named 'bxo' \(did you mean 'box'\?\); there are: box",
+            r"no object in the world named 'bxo' \(did you mean 'box'\?\); there are: box",
         ),
         (lambda scene: scene.remove_attached_object(name="bxo"), "no object named 'bxo'"),
         (lambda scene: scene.attach_object("bxo", "hand"), "no object named 'bxo'"),

@@ -43,7 +43,7 @@ def test_a_script_of_our_own(
     assert "/display: DisplayTrajectory: " in said and "points of 3 joints" in said
     assert "String(data='all done')" in said and "2 words: one --two" in said and "handing over" in said
     assert "no planner named 'RRTConnectkConfigDefault'" in said and "trajopt's own plans" in said
-    assert "no object named 'box'" in said and "nothing is removed" in said
+    assert "no object in the world named 'box'" in said and "nothing is removed" in said
     assert world.scene.objects == {}
     assert state_of_the_process() == before
     assert "helper_of_the_script" not in sys.modules

@@ -14,6 +14,7 @@ from tests.ros.commander.jumping import JumpingExecutor
 from trajopt import placement
 from trajopt.ros.commander import MoveGroupCommander, MoveItCommanderException, World
 from trajopt.ros.commander.conversions import placement_of, pose_of, stamped
+from trajopt.ros.commander.moveit.planning import MoveItPy
 from trajopt.values.placement import Placement
 
 WRIST = '<joint name="wrist"/>'
@@ -245,3 +246,39 @@ def test_remembering(arm: MoveGroupCommander) -> None:
     assert "here" in arm.get_named_targets()
     arm.forget_joint_values("here")
     assert arm.get_remembered_joint_values() == {}
+
+
+def test_a_hand_has_values_for_its_mimic_joints() -> None:
+    """As in MoveIt, whose scripts set both fingers of a Panda."""
+    with World("panda") as world:
+        hand = MoveGroupCommander("hand")
+        goal = hand.get_current_joint_values()
+        assert len(goal) == hand.get_variable_count() == len(hand.get_random_joint_values()) == 2
+        goal[0], goal[1] = 0.02, 0.02
+        assert hand.go(goal) and np.allclose(hand.get_current_joint_values(), 0.02, atol=1e-4)
+        hand.set_joint_value_target({"panda_finger_joint1": 0.03, "panda_finger_joint2": 0.03})
+        assert np.allclose(hand.get_joint_value_target(), 0.03)
+        hand.remember_joint_values("narrow", [0.01])
+        assert hand.get_remembered_joint_values() == {"narrow": [0.01, 0.01]}
+        assert hand.go([0.03]) and hand.go("narrow")
+        hand.set_end_effector_link("panda_leftfinger")
+        assert np.shape(hand.get_jacobian_matrix([0.01, 0.01])) == (6, 1)
+        with pytest.raises(MoveItCommanderException, match=r"needs shape \(1,\), has \(3,\)"):
+            hand.set_joint_value_target([0.01] * 3)
+        state = MoveItPy(world=world).current_state()
+        state.set_joint_group_positions("hand", [0.02, 0.02])
+        state.set_joint_group_active_positions("hand", [0.025])
+        assert state.get_joint_group_positions("hand").tolist() == [0.025, 0.025]
+
+
+def test_random_values_of_rails_are_within_their_limits(tmp_path: Path) -> None:
+    joint = (
+        '<joint name="rail" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/>'
+        '<limit lower="4" upper="9" effort="1" velocity="1"/></joint>'
+    )
+    (tmp_path / "rail.urdf").write_text(
+        f'<robot name="rail"><link name="base"/><link name="cart"/>{joint}</robot>'
+    )
+    rail = MoveGroupCommander("all", world=World(to.load(tmp_path / "rail.urdf")))
+    rail.set_random_target()
+    assert 4.0 <= rail.get_joint_value_target()[0] <= 9.0

@@ -87,19 +87,21 @@ def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scen
     node, name = message.node, message.name
     if message.operation == "REMOVE":
         if not name:
+            placed = world_objects(scene)
             kept = {
                 key: item
                 for key, item in scene.objects.items()
-                if scene.holder(key).link != WORLD or (item.frame == WORLD and not item.parts)
+                if key not in placed or (item.frame == WORLD and not item.parts)
             }
             return _without_lost_tools(replace(scene, objects=kept), scene)
-        if name not in scene.objects:
-            reading.notes.append(f"{node.place}: there is no object {name!r} to remove")
+        if name not in world_objects(scene):
+            reading.notes.append(f"{node.place}: there is no object {name!r} in the world to remove")
+            return scene
         return _without_lost_tools(without(scene, name), scene)
     frame = read_frame(node["header"], scene, reading)
     where = placement_in_world(frame, scene, reading) * message.placement
     if message.operation == "MOVE":
-        require(node["id"], ObjectNotFound, "object", name, scene.objects)
+        require(node["id"], ObjectNotFound, "object in the world", name, world_objects(scene))
         if message.parts:
             reading.notes.append(f"{node.place}: the shapes of an object that moves are ignored")
         return scene.move(name, where, frame=WORLD)
@@ -109,6 +111,11 @@ def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scen
     if name in scene.objects:
         reading.notes.append(f"{node.place}: replaces the object {name!r} above it")
     return add(message, scene, reading, placement=where, frame=WORLD)
+
+
+def world_objects(scene: Scene) -> tuple[str, ...]:
+    """Return the objects that are not attached to the robot."""
+    return tuple(name for name in scene.objects if scene.holder(name).link == WORLD)
 
 
 def add(

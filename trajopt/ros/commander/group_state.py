@@ -22,9 +22,14 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import frame_placement
 from trajopt.problem.tool_speed import tool_speed
 from trajopt.robot.joints import joint_unit
-from trajopt.robot.loading.mimics import followed_limits
 from trajopt.ros.commander.conversions import framed_placement, stamped
-from trajopt.ros.commander.robot_states import joint_names, state_positions, within_bounds
+from trajopt.ros.commander.robot_states import (
+    joint_names,
+    random_positions,
+    state_positions,
+    variable_names,
+    within_bounds,
+)
 from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.group_tools import end_link
 from trajopt.scene.reduced import ReducedModel
@@ -163,6 +168,23 @@ class GroupBase:
         here = self._world.positions[self._world.robot.index(self._group.joints)]
         return dict(zip(self._group.joints, here.tolist(), strict=True))
 
+    @property
+    def _names(self) -> list[str]:
+        return variable_names(self._world.robot, self._group)
+
+    def _variables(self, planned: Mapping[str, float]) -> list[float]:
+        return state_positions(planned, self._world)[self._world.robot.index(self._names)].tolist()
+
+    def _by_place(self, name: str, values: Any) -> dict[str, float]:
+        joints, given = self._group.joints, floats(name, values, (None,))
+        if len(given) == len(self._names) != len(joints):
+            named = dict(zip(self._names, given.tolist(), strict=True))
+            return {joint: named[joint] for joint in joints}
+        return dict(zip(joints, floats(name, given, (len(joints),)).tolist(), strict=True))
+
+    def _random(self) -> dict[str, float]:
+        return random_positions(self._world.robot, self._group.joints, self._world.rng)
+
     def _link(self, name: str) -> str:
         """Return the named link; the end effector if the name is empty."""
         scene = self._world.scene
@@ -204,8 +226,8 @@ class GroupState(GroupBase):
         return joint_names(self._world.robot, self._group)
 
     def get_variable_count(self) -> int:
-        """Return the number of planned joints."""
-        return len(self._group.joints)
+        """Return the number of joint values: of the planned joints, and of those that mimic them."""
+        return len(self._names)
 
     def has_end_effector_link(self) -> bool:
         """Return whether the group has an end effector."""
@@ -237,8 +259,8 @@ class GroupState(GroupBase):
         return self._planning_frame
 
     def get_current_joint_values(self) -> list[float]:
-        """Return the current positions [rad | m]."""
-        return list(self._current().values())
+        """Return the current positions of planned and mimic joints [rad | m]."""
+        return self._variables(self._current())
 
     def get_current_pose(self, end_effector_link: str = "") -> msg.PoseStamped:
         """Return the current pose of a link."""
@@ -251,15 +273,11 @@ class GroupState(GroupBase):
 
     def get_random_joint_values(self) -> list[float]:
         """Return random positions, with a fixed seed [rad | m]."""
-        limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
-        lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-        upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
-        return self._world.rng.uniform(lower, upper).tolist()
+        return self._variables(self._random())
 
     def get_random_pose(self, end_effector_link: str = "") -> msg.PoseStamped:
         """Return the pose of a link at random positions."""
-        values = dict(zip(self._group.joints, self.get_random_joint_values(), strict=True))
-        return self._pose(end_effector_link, state_positions(values, self._world))
+        return self._pose(end_effector_link, state_positions(self._random(), self._world))
 
     def get_current_state(self) -> msg.RobotState:
         """Return the positions of all joints, and attached objects."""
@@ -279,14 +297,14 @@ class GroupState(GroupBase):
         """Return the Jacobian of a point of the end effector.
 
         Args:
-            joint_values: Positions of the planned joints, in order [rad | m].
+            joint_values: Positions as of `get_current_joint_values` [rad | m].
             reference_point: Point in the end effector's frame [m]; its origin when None.
 
         Returns:
             Six rows, linear velocity [m/s] above angular velocity [rad/s] in world axes, and one column per
-            joint.
+            planned joint.
         """
-        values = floats("joint_values", joint_values, (len(self._group.joints),))
+        values = np.array(list(self._by_place("joint_values", joint_values).values()))
         reduced = reduce_model(self._world.scene, self._group.name, self._world.positions)
         point = (0.0, 0.0, 0.0) if reference_point is None else reference_point
         return jacobian(reduced, self._link(""), values, point).tolist()
@@ -448,15 +466,16 @@ class GroupTargets(GroupBase):
 
     def get_joint_value_target(self) -> list[float]:
         """Return the last joint-space target [rad | m]."""
-        return list(self._targets.joints.values())
+        return self._variables(self._targets.joints)
 
     def set_joint_value_target(self, arg1: Any, arg2: Any = None, arg3: Any = None) -> None:
         """Set a joint-space target.
 
         Args:
-            arg1: Positions of all joints in order, joint -> position, a JointState or a RobotState; or the
-                name of a joint; or a Pose or PoseStamped, replaced by its nearest collision-free
-                configuration [rad | m].
+            arg1: Positions of the planned joints in order, or with mimic joints as MoveIt has them; joint ->
+                position, a JointState or a RobotState; or the name of a joint; or a Pose or PoseStamped,
+                replaced by its nearest collision-free configuration. Positions of mimic joints are ignored,
+                as in MoveIt [rad | m].
             arg2: For a joint: its position. For a pose: the link, the end effector if None.
             arg3: For a pose: the link, as `arg2`.
 
@@ -533,9 +552,7 @@ class GroupTargets(GroupBase):
 
     def set_random_target(self) -> None:
         """Set a random target within limits."""
-        limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
-        lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
-        self._set_joints(self._by_place("random values", self._world.rng.uniform(lower, upper).tolist()))
+        self._set_joints(self._random())
 
     def get_named_targets(self) -> list[str]:
         """Return described and remembered states."""
@@ -557,8 +574,8 @@ class GroupTargets(GroupBase):
 
     def remember_joint_values(self, name: str, values: Sequence[float] | None = None) -> None:
         """Store positions, by default the current ones [rad | m]."""
-        here = list(self._current().values())
-        self._remembered[name] = here if values is None else list(self._by_place(name, values).values())
+        stored = self._current() if values is None else self._by_place(name, values)
+        self._remembered[name] = self._variables(stored)
 
     def get_remembered_joint_values(self) -> dict[str, list[float]]:
         """Return the remembered joint values, by name [rad | m]."""
@@ -593,6 +610,8 @@ class GroupTargets(GroupBase):
 
     def _set_joints(self, values: Mapping[str, float]) -> None:
         limits = self._world.robot.limits
+        followers = [joint for joint in self._names if joint not in self._group.joints]
+        values = {joint: value for joint, value in values.items() if joint not in followers}
         for joint, value in values.items():
             if joint not in self._group.joints:
                 raise JointNotFound(f"joint of group {shown(self._group.name)}", joint, self._group.joints)
@@ -607,10 +626,6 @@ class GroupTargets(GroupBase):
                     f"joint {shown(joint)} cannot go to {where}: its limits are {span}{hint}"
                 )
         self._targets = replace(self._targets, joints={**self._targets.joints, **values}, poses={})
-
-    def _by_place(self, name: str, values: Any) -> dict[str, float]:
-        checked = floats(name, values, (len(self._group.joints),))
-        return dict(zip(self._group.joints, checked.tolist(), strict=True))
 
     def _of_group(self, state: Any) -> dict[str, float]:
         named = checked_joint_positions(document_of(state, "joint state"), self._world.robot)

@@ -10,7 +10,7 @@ import numpy as np
 from trajopt.files import messages as msg
 from trajopt.files.messages import document_of, is_message
 from trajopt.files.moveit.frames import pose_of, reading_at
-from trajopt.files.moveit.objects import apply_attached
+from trajopt.files.moveit.objects import apply_attached, world_objects
 from trajopt.files.moveit.planning_scene import edit_object, edit_scene
 from trajopt.files.moveit.scene_messages import attached_messages, mesh_message, scene_message, world_messages
 from trajopt.ros.commander.conversions import framed_placement
@@ -18,6 +18,7 @@ from trajopt.ros.commander.world import World, world_or_current
 from trajopt.scene.scene import Scene
 from trajopt.server.move_group.outcome import speaks_moveit
 from trajopt.values.documents.document import Node
+from trajopt.values.errors import ObjectNotFound
 from trajopt.values.shapes.mesh import load_mesh
 
 T = TypeVar("T")
@@ -49,7 +50,7 @@ class PlanningSceneInterface:
         self.add_object(self.make_cone(name, pose, height, radius))
 
     def add_mesh(self, name: str, pose: Any, filename: str, size: Three = (1, 1, 1)) -> None:
-        """Add the mesh of a file, scaled,."""
+        """Add the mesh of a file, scaled."""
         self.add_object(self.make_mesh(name, pose, filename, size))
 
     def add_box(self, name: str, pose: Any, size: Three = (1, 1, 1)) -> None:
@@ -141,8 +142,8 @@ class PlanningSceneInterface:
 
     def remove_world_object(self, name: str | None = None) -> None:
         """Remove an object from the world, or all objects not attached."""
-        if name is not None:
-            self._world.scene.object(name)
+        if name is not None and name not in world_objects(self._world.scene):
+            raise ObjectNotFound("object in the world", name, world_objects(self._world.scene))
         self.add_object(msg.CollisionObject(id=name or "", operation=msg.CollisionObject.REMOVE))
 
     def remove_attached_object(self, link: str | None = None, name: str | None = None) -> None:

@@ -1,6 +1,6 @@
 """Robot state messages: joint positions and attached objects."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import cast
 
@@ -11,6 +11,7 @@ from trajopt.files.moveit.motion_plan_request import request_of
 from trajopt.files.moveit.scene_messages import checked_joint_positions, layered_positions
 from trajopt.problem.problem import Problem
 from trajopt.robot.loading.groups import Group
+from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.pinocchio_model import joint_above, joint_frame_names
 from trajopt.robot.robot import Robot
 from trajopt.ros.commander.world import World
@@ -35,6 +36,21 @@ def joint_names(robot: Robot, group: Group | None = None) -> list[str]:
         return named
     above = {joint_above(robot.model, link) for link in _moved(group)}
     return [name for name in named if name in above or name in group.joints]
+
+
+def variable_names(robot: Robot, group: Group) -> list[str]:
+    """Return MoveIt's variables of a group: its planned joints, and those of it that mimic them."""
+    chosen = {*group.joints, *(joint for joint in joint_names(robot, group) if joint in robot.mimics)}
+    return [joint for joint in robot.joint_names if joint in chosen]
+
+
+def random_positions(robot: Robot, joints: Sequence[str], rng: np.random.Generator) -> dict[str, float]:
+    """Draw positions within the limits of joints and of those that mimic them; [-pi, pi] if without end."""
+    limits = followed_limits(robot.limits, tuple(joints), robot.mimics)
+    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
+    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    drawn = lower + rng.random(len(joints)) * (upper - lower)
+    return dict(zip(joints, drawn.tolist(), strict=True))
 
 
 def link_names(robot: Robot, group: Group | None = None) -> list[str]:

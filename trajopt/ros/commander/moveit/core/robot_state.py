@@ -16,6 +16,7 @@ from trajopt.problem.requirements import Requirement, frame_placement
 from trajopt.ros.commander.conversions import placement_of
 from trajopt.ros.commander.group_state import jacobian
 from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
+from trajopt.ros.commander.robot_states import random_positions, variable_names
 from trajopt.scene.group_tools import end_link
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
@@ -91,29 +92,25 @@ class RobotState(InPart):
         joints = [name for name in robot.joint_names if name not in robot.mimics]
         if joint_model_group is not None:
             joints = joint_model_group.active_joint_model_names
-        columns = robot.index(joints)
-        lower = np.maximum(robot.limits.lower[columns], -np.pi)
-        upper = np.minimum(robot.limits.upper[columns], np.pi)
         groups = self.robot_model.joint_model_group_names
         for _ in range(DRAWS):
-            drawn = self.robot_model.rng.uniform(lower, upper).tolist()
-            self.joint_positions = dict(zip(joints, drawn, strict=True))
+            self.joint_positions = random_positions(robot, joints, self.robot_model.rng)
             if not any(
                 each.examination.collisions for each in judged(self.robot_model.scene, groups, self.positions)
             ):
                 break
 
     def get_joint_group_positions(self, joint_model_group_name: str) -> Floats:
-        """Return positions of a group's joints, shape (n,) [rad | m]."""
-        return self.positions[self.robot_model.robot.index(self._joints(joint_model_group_name))].copy()
+        """Return positions of a group's planned and mimic joints, shape (n,) [rad | m]."""
+        return self.positions[self.robot_model.robot.index(self._variables(joint_model_group_name))].copy()
 
     def set_joint_group_positions(self, joint_model_group_name: str, position_values: ArrayLike) -> None:
-        """Set positions of a group's joints, shape (n,) [rad | m]."""
-        joints = self._joints(joint_model_group_name)
-        values = floats("position_values", position_values, (len(joints),))
-        self.joint_positions = dict(zip(joints, values.tolist(), strict=True))
+        """Set positions of a group, shape (n,); those of mimic joints are ignored [rad | m]."""
+        self._set(self._variables(joint_model_group_name), position_values)
 
-    set_joint_group_active_positions = set_joint_group_positions
+    def set_joint_group_active_positions(self, joint_model_group_name: str, values: ArrayLike) -> None:
+        """Set positions of a group's planned joints, shape (n,) [rad | m]."""
+        self._set(self._joints(joint_model_group_name), values)
 
     def get_pose(self, link_name: str) -> Pose:
         """Return the pose of a link in the root link."""
@@ -168,6 +165,14 @@ class RobotState(InPart):
     def message(self) -> RobotStateMessage:
         """Return the positions as a message."""
         return state_message(self.robot_model.scene, self.positions)
+
+    def _set(self, joints: Sequence[str], values: ArrayLike) -> None:
+        given = floats("position_values", values, (len(joints),))
+        self.joint_positions = dict(zip(joints, given.tolist(), strict=True))
+
+    def _variables(self, group: str) -> list[str]:
+        robot = self.robot_model.robot
+        return variable_names(robot, robot.group(self.robot_model.get_joint_model_group(group).name))
 
     def _joints(self, group: str) -> list[str]:
         return self.robot_model.get_joint_model_group(group).active_joint_model_names
