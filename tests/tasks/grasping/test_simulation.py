@@ -43,6 +43,18 @@ def right(rollout: PickPlaceRollout) -> bool:
     return rollout.hold is Hold.HELD and error.position < 5e-3 and error.rotation < np.deg2rad(3.0)
 
 
+@pytest.mark.parametrize("shape", [to.Box(0.05, 0.2, 0.004), to.Cylinder(0.02, 0.006)], ids=["plate", "coin"])
+def test_a_flat_object_on_a_table_is_held_by_the_tips(
+    panda: to.Robot, gripper: Gripper, shape: to.Box | to.Cylinder
+) -> None:
+    """With the pads' centres at its middle, the fingers would reach 7 mm into the table."""
+    half = shape.z / 2.0 if isinstance(shape, to.Box) else shape.length / 2.0
+    scene = on_table(panda, shape, to.placement((0.5, -0.2, half)), 0.1)
+    carried = put(panda, gripper, scene, to.placement((0.5, 0.2, half)))
+    assert carried.grasp is not None and "by the tips" in carried.grasp.name
+    assert right(simulate_handling(carried))
+
+
 @pytest.mark.parametrize("shape", [to.Box(0.04, 0.06, 0.1), to.Cylinder(0.03, 0.1)], ids=["box", "cylinder"])
 def test_the_object_is_placed_at_the_goal(panda: to.Robot, gripper: Gripper, shape: Shape) -> None:
     scene = on_table(panda, shape, STOOD, mass=0.4)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import InitVar, dataclass, field
 from functools import singledispatch
+from itertools import cycle
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +17,7 @@ from trajopt.values.arrays import Floats, Value, direction_of, floats, number, o
 from trajopt.values.errors import ModelError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
-from trajopt.values.shapes.shapes import Box, Cylinder, Shape, Sphere
+from trajopt.values.shapes.shapes import Box, Cylinder, Shape, Sphere, placed_box
 
 FORCE = 30.0
 """Default force of each finger [N]."""
@@ -247,6 +248,8 @@ LEAST_SPARE = 0.003
 """The smallest such distance; an object that leaves less is too wide [m]."""
 WEIGHTS = 1.5
 """Force of each finger, relative to the object's weight: pads of rubber then hold it at 1.4 times gravity."""
+HALF_TURN = np.diag((-1.0, -1.0, 1.0))
+"""Half a turn about the approach axis."""
 AROUND = 8
 """Directions around a cylinder."""
 
@@ -265,7 +268,9 @@ def grasps_of(
 ) -> tuple[Grasp, ...]:
     """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
 
-    Each occurs twice, the second time turned by half a turn. Grasps wider than the gripper are left out.
+    Each occurs twice, the second time turned by half a turn; if the fingers would reach past the object, also
+    with their tips short of its far side, as for a flat object on a table. Grasps wider than the gripper are
+    left out.
 
     Args:
         force: Of each finger [N]; if None, 30 N, or 1.5 times the object's weight, at most the gripper's.
@@ -286,19 +291,28 @@ def grasps_of(
     for width, grip, label in grips(shape, deepest):
         if width + 2.0 * LEAST_SPARE > gripper.widest or width < gripper.narrowest:
             continue
-        for turned in (False, True):
-            half = np.diag((-1.0, -1.0, 1.0)) if turned else np.eye(3)
-            held = where * grip * Placement(readonly(half)) * gripper.axes.inverse()
+        ways = (grip, label), (grip, f"{label}, turned")
+        for back in _short_of_far_side(shape, grip, gripper.tips):
+            ways = *ways, (back, f"{label}, by the tips"), (back, f"{label}, by the tips, turned")
+        for (pads, way), half in zip(ways, cycle((np.eye(3), HALF_TURN))):
             found.append(
                 Grasp(
-                    placement=held,
+                    placement=where * pads * Placement(readonly(half)) * gripper.axes.inverse(),
                     width=width,
                     opening=min(width + 2.0 * SPARE, gripper.widest),
                     force=each_finger,
-                    name=label + (", turned" if turned else ""),
+                    name=way,
                 )
             )
     return tuple(found)
+
+
+def _short_of_far_side(shape: Shape, grip: Placement, tips: float) -> Iterator[Placement]:
+    """Yield the pads drawn back if the tips would reach past the shape, into what it lies on."""
+    near, far = placed_box(shape, grip.inverse())[:, 2].tolist()
+    if tips > far:
+        back = tips - far + min(LEAST_SPARE, (far - near) / 2.0)
+        yield grip * Placement(translation=-back * UPWARD)
 
 
 def usual_force(scene: Scene, name: str, gripper: Gripper) -> float:

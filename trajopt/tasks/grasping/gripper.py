@@ -11,7 +11,7 @@ from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import Floats, Value, direction_of, floats, one_of, positive
+from trajopt.values.arrays import Floats, Value, direction_of, floats, number, one_of, positive
 from trajopt.values.errors import GripperError, NameNotFound, ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
@@ -35,6 +35,7 @@ class Gripper(Value):
         approach: Direction from the hand to the pads in the tool frame, shape (3,), a unit vector.
         closing: Direction from one pad to the other in the tool frame, shape (3,), a unit vector.
         reach: Overlap of the pads' centres with an object before the hand would touch it [m].
+        tips: Distance from the pads' centres to the ends of the fingers [m].
     """
 
     group: str
@@ -48,6 +49,7 @@ class Gripper(Value):
     approach: Floats
     closing: Floats
     reach: float = 0.03
+    tips: float = 0.0
 
     def __post_init__(self) -> None:
         openings = floats("openings", self.openings, (None,))
@@ -59,6 +61,8 @@ class Gripper(Value):
             raise ShapeError("closing", "is not at a right angle to the approach direction")
         positive("force", self.force)
         positive("reach", self.reach)
+        if number("tips", self.tips) < 0.0:
+            raise ShapeError("tips", f"is negative: {self.tips:g} m")
         for name, value in (
             ("openings", openings),
             ("positions", positions),
@@ -244,6 +248,13 @@ def gripper_of(
     free = -max(fronts, default=-np.inf)
     if np.isfinite(free) and free > 0.0:
         known = replace(known, reach=PAST_PADS * free)
+    ends = [
+        placed_box(body.shape, axes.inverse() * scene.placement_of(body.frame, opened) * body.placement)
+        for opened in (reduced.all_positions(row) for row in parted.positions)
+        for body in robot.bodies
+        if body.owner in fingers
+    ]
+    known = replace(known, tips=max(0.0, *(float(box[1, 2]) for box in ends)))
     # With a newton at each pad, the motor nearest to its limit decides how many there can be.
     each = np.abs(np.array(list(known.pressing((known.narrowest + known.widest) / 2.0, 1.0).values())))
     # Rounded to a micronewton, since the openings, of which it is a derivative, are.

@@ -71,7 +71,10 @@ class PickObject(Value):
 
     def __post_init__(self) -> None:
         if not several("grasps", self.grasps, Grasp):
-            raise ProblemError(f"name at least one grasp of {self.object}")
+            raise ProblemError(
+                f"name at least one grasp of {shown(self.object)}; `grasps_of` finds none if the object is "
+                "wider or narrower than the gripper opens"
+            )
 
     @property
     def default_name(self) -> str:
