@@ -21,6 +21,7 @@ from trajopt.server import Lane, Limits, RequestRefused, Service, ServiceSession
 from trajopt.server.session import keep
 from trajopt.server.warehouse import EntryKind, StoredState, Warehouse
 from trajopt.values.documents.document import Node
+from trajopt.values.errors import FileFormatError
 
 ANSWERS = "trajopt.ros.rosbridge.answers"
 LIMITS = Limits(workers=1, seconds=60.0)
@@ -113,6 +114,16 @@ def test_sessions_of_robots_with_meshes_survive_a_restart(name: str, file: Path)
 
     served(file, before, robot)
     served(file, after, robot)
+
+
+def test_a_second_server_may_not_use_the_file(file: Path) -> None:
+    async def test(service: Service) -> None:
+        with Warehouse(file) as kept, pytest.raises(FileFormatError, match="another server"):
+            await Service(service.robots, limits=LIMITS, warehouse=kept).__aenter__()
+        await service.keep(service.create())
+
+    served(file, test)
+    served(file, test)
 
 
 def test_keeps_only_the_current_state(file: Path) -> None:

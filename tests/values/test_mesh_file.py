@@ -281,3 +281,13 @@ def test_rejects_coordinates_beyond_any_cell(coordinate: float, tmp_path: Path) 
     file.write_text(f"solid far\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid far\n")
     with pytest.raises(MeshFileError, match=r"far\.stl"):
         to.load_mesh(file)
+
+
+@pytest.mark.parametrize("scale", [0.0, (0.001, 0.001, 0.0)])
+def test_a_scale_that_flattens_a_mesh_is_refused(
+    tmp_path: Path, scale: float | tuple[float, float, float]
+) -> None:
+    path = tmp_path / "corner.stl"
+    path.write_bytes(b"")
+    with pytest.raises(MeshFileError, match="its scale must not be 0"):
+        load_mesh(path, scale)

@@ -66,6 +66,8 @@ class Service:
         self._empty: dict[str, tuple[PackedScene, list[float]]] = {}
 
     async def __aenter__(self) -> "Service":
+        if self._keeper is not None:
+            self._keeper.claim()
         try:
             await asyncio.gather(*(pool.start() for pool in self.pools.values()))
             if self._keeper is not None:
@@ -91,6 +93,8 @@ class Service:
             await asyncio.wait(under_way, timeout=drain)
         await asyncio.gather(*(pool.close() for pool in self.pools.values()))
         await asyncio.gather(*self._driving, return_exceptions=True)
+        if self._keeper is not None:
+            self._keeper.release()
 
     @property
     def closing(self) -> bool:

@@ -1,6 +1,7 @@
 """Sessions: the server's state of each client, in memory and on disk."""
 
 import asyncio
+import fcntl
 import logging
 import re
 import secrets
@@ -8,6 +9,7 @@ import time
 from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
+from io import BufferedWriter
 from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
@@ -23,7 +25,7 @@ from trajopt.server.operation import Answer, Lane, Operation, PackedScene, Sessi
 from trajopt.server.pool import WorkerPool
 from trajopt.server.warehouse import EntryKind, StoredState, Warehouse
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import ModelError
+from trajopt.values.errors import FileFormatError, ModelError
 
 ID_BYTES = 16
 """Bytes of a session's id; 128 random bits cannot be guessed, so the id grants access."""
@@ -169,7 +171,27 @@ class Keeper:
 
     def __init__(self, warehouse: Warehouse, hello: Hello, limits: Limits) -> None:
         self._warehouse, self._limits, self._known = warehouse, limits, set[str]()
+        self._claim: BufferedWriter | None = None
         self.pool = WorkerPool("keeping", msgspec.structs.replace(hello, modules=(MODULE,)), 1, limits)
+
+    def claim(self) -> None:
+        """Refuse other servers the file until `release`, or until this process ends.
+
+        Raises:
+            FileFormatError: If another server has it.
+        """
+        file = self._warehouse.path
+        self._claim = open(file.with_name(f"{file.name}.lock"), "ab")
+        try:
+            fcntl.flock(self._claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            self.release()
+            raise FileFormatError(str(file), "another server keeps its sessions in it") from error
+
+    def release(self) -> None:
+        """Let other servers use the file."""
+        if self._claim is not None:
+            self._claim.close()
 
     async def keep(
         self, session: ServiceSession, scene: PackedScene | None, positions: Sequence[float] | None

@@ -13,7 +13,7 @@ from trajopt.values.arrays import Bools, Floats, Ints, Value, floats, indices, n
 from trajopt.values.arrays import path as path_of
 from trajopt.values.cached import Arrays, cached_arrays
 from trajopt.values.documents.files import is_file
-from trajopt.values.errors import MeshFileError, ShapeError
+from trajopt.values.errors import MeshFileError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.processes import ProcessRefused, answer_of
 
@@ -223,6 +223,8 @@ def load_mesh(path: Path | str, scale: float | tuple[float, float, float] = 1.0)
     """
     path = path_of("path", path)
     factors = np.array(np.broadcast_to(np.asarray(scale, dtype=np.float64), 3))
+    if not factors.all():
+        raise MeshFileError(str(path), f"its scale must not be 0, is {shown(factors.tolist())}")
     if not is_file(path):
         raise MeshFileError(str(path), "no such file")
     vertices, faces = _triangles(path, factors)
