@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -369,10 +369,13 @@ def state_of(trajectory: Trajectory, t: float) -> Floats:
     moment = min(max(t, 0.0), duration)
     segment = min(max(int(times.searchsorted(moment, side="right")) - 1, 0), len(times) - 2)
     since, rows = moment - float(times[segment]), trajectory.coefficients[:, segment]
-    degrees = range(len(rows) - 1, -1, -1)
-    taken = (
-        [since**power for power in degrees],
-        [power * since ** (power - 1) if power > 0 else 0.0 for power in degrees],
-        [power * (power - 1) * since ** (power - 2) if power > 1 else 0.0 for power in degrees],
-    )
-    return np.array(taken) @ rows
+    factors, powers = _taylor(len(rows))
+    return (factors * since**powers) @ rows
+
+
+@cache
+def _taylor(count: int) -> tuple[Floats, Floats]:
+    """Return factors and powers of the time in value, slope and second derivative, (3, count) each."""
+    powers = np.arange(count - 1.0, -1.0, -1.0)
+    factors = np.array((np.ones(count), powers, powers * (powers - 1.0)))
+    return readonly(factors), readonly(np.maximum(powers - np.arange(3.0)[:, None], 0.0))

@@ -38,7 +38,8 @@ class Windows:
             staying: Part of the duration at rest after the motion [s].
         """
         self.required = required
-        self._rows: Floats = np.tile((-np.inf, np.inf, np.inf, np.inf), (len(pairs.first), 1))
+        self._rows: Floats = np.empty((len(pairs.first), 4))
+        self._rows[:] = -np.inf, np.inf, np.inf, np.inf
         self._until, self._from, self._first_depth, self._last_depth = self._rows.T
         for pair, allowance in pairs.allowances:
             # Intended contact is that of the described robot, and distances are less the error of the model.

@@ -316,7 +316,7 @@ MOST_MOMENTS = 1_000_000
 def steps_in_pieces(motion: JudgedMotion) -> Ints:
     """Return the number of steps in each piece of a trajectory, shape (k - 1,)."""
     times, options = motion.trajectory.times, motion.options
-    lengths = np.diff(times)
+    lengths = times[1:] - times[:-1]
     steps = np.ceil(lengths / options.sample_step)
     if (steps > LEAST_OF_SLOW).any():
         position = motion.position
