@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.values.arrays import Floats, floats, number, positive
 from trajopt.values.errors import ExecutionError, MissingExtra, ProblemError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 
 LOOKAHEAD, GAIN = (0.03, 0.2), (100.0, 2000.0)
 """Ranges of the arguments of servoj in the URScript manual."""
@@ -92,13 +92,13 @@ class RtdeReceive(Protocol):
         ...
 
 
+@checked_class
 class UrController:
     """An arm of Universal Robots that follows positions by `servoJ` of ur_rtde.
 
     Its joints are the arm's, from the base on.
     """
 
-    @checked
     def __init__(
         self,
         control: RtdeControl,
@@ -132,7 +132,6 @@ class UrController:
         self._timing = period, lookahead, gain
 
     @staticmethod
-    @checked
     def connect(
         host: str, *, period: float = 0.002, lookahead: float = 0.03, gain: float = 500.0
     ) -> "UrController":
@@ -156,7 +155,6 @@ class UrController:
     def measured(self) -> tuple[Floats, Floats]:
         return np.array(self._receive.getActualQ()), np.array(self._receive.getActualQd())
 
-    @checked
     def command(self, positions: Floats, velocities: Floats) -> None:
         del velocities
         # The second and third argument, speed and acceleration, have no effect.
@@ -235,13 +233,13 @@ class FrankyRobot(Protocol):
         ...
 
 
+@checked_class
 class FrankaController:
     """An arm of Franka that follows positions by the joint impedance control of franky.
 
     The control loop of 1 kHz is franky's. Its joints are the arm's, from the base on.
     """
 
-    @checked
     def __init__(self, robot: FrankyRobot, *, stiffness: ArrayLike = STIFFNESS) -> None:
         """Take over an arm at rest, and hold it; see https://timschneider42.github.io/franky.
 
@@ -259,7 +257,6 @@ class FrankaController:
         self._start()
 
     @staticmethod
-    @checked
     def connect(host: str, *, realtime: bool = True, stiffness: ArrayLike = STIFFNESS) -> "FrankaController":
         """Connect to an arm with the Franka control interface activated.
 
@@ -282,7 +279,6 @@ class FrankaController:
         state = self._robot.current_joint_state
         return np.array(state.position), np.array(state.velocity)
 
-    @checked
     def command(self, positions: Floats, velocities: Floats) -> None:
         self._motion.set_reference(self._franky.JointReference(q=positions, dq=velocities))
 

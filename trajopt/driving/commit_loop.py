@@ -24,7 +24,7 @@ from trajopt.scene.scene import Scene
 from trajopt.timing.time_scaling import PathStop
 from trajopt.values.arrays import Floats, Printed, Value
 from trajopt.values.errors import ProblemError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.printed import in_joint_position, in_range, in_unit
 from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.trajectory import Trajectory
@@ -205,6 +205,7 @@ class Commitment(Printed):
         return StopTaken(0.0 if ahead is None else ahead.duration, along=False, proven=False)
 
 
+@checked_class
 @dataclass(eq=False)
 class CommitLoop(Printed, ABC):
     """The common part of `Supervisor`, `Servo` and `Guard`.
@@ -249,7 +250,6 @@ class CommitLoop(Printed, ABC):
         """Whether a committed motion is in progress."""
         return self.executor.now() < self._commitment.motion.end
 
-    @checked
     def see(self, scene: Scene, stamp: float | None = None) -> None:
         """Report the world; the next turn judges the committed motion in it. If it raises, nothing changes.
 
@@ -259,7 +259,6 @@ class CommitLoop(Printed, ABC):
         """
         self._commitment.report_world(scene, self._on_clock(stamp))
 
-    @checked
     def see_cloud(self, name: str, cloud: Points | Voxels | None, stamp: float | None = None) -> bool:
         """Replace the cloud of a camera, unless a newer one has arrived; all else stays as reported.
 

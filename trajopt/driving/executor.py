@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.values.arrays import Floats, Value, floats
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.trajectory import Trajectory
 
 STOPPED = "the driver stopped the robot"
@@ -137,10 +137,10 @@ class GripperDriver(Protocol):
         ...
 
 
+@checked_class
 class IdealExecutor:
     """Executor without tracking error or simulation, on a given clock or one that the caller advances."""
 
-    @checked
     def __init__(
         self,
         joint_names: tuple[str, ...],
@@ -159,7 +159,6 @@ class IdealExecutor:
     def now(self) -> float:
         return self._now if self._clock is None else self._clock()
 
-    @checked
     def advance(self, seconds: float) -> None:
         """Advance the clock [s]."""
         self._now += seconds
@@ -169,12 +168,10 @@ class IdealExecutor:
         positions, velocities, accelerations = self.committed(now)
         return RobotState(now, positions + self._displaced, velocities, accelerations, positions)
 
-    @checked
     def displace(self, positions: Floats) -> None:
         """Add a tracking error from now on, shape (n,) [rad | m]."""
         self._displaced = floats("positions", positions, (len(self.joint_names),))
 
-    @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
         now = self.now()
         if self._fault:

@@ -23,7 +23,7 @@ from trajopt.scene.scene import Scene
 from trajopt.timing.time_scaling import stop_at_the_end
 from trajopt.values.arrays import Floats, Value, at_least, floats, number, several
 from trajopt.values.errors import JointNotFound, ProblemError, ShapeError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Verdict
@@ -114,6 +114,7 @@ class _Found:
     count: int
 
 
+@checked_class
 class Guard(CommitLoop):
     """Drives the actions of a policy, each of them proven before it is driven.
 
@@ -126,7 +127,6 @@ class Guard(CommitLoop):
         frame: Tool of actions that are poses.
     """
 
-    @checked
     def __init__(
         self,
         scene: Scene,
@@ -169,7 +169,6 @@ class Guard(CommitLoop):
     def seconds(self) -> dict[str, list[float]]:
         return self._commitment.journal.seconds
 
-    @checked
     def act(self, actions: ArrayLike, *, rate: float, stamp: float | None = None) -> Decision:
         """Replace the chunk of actions, and commit as much of it as is proven.
 
@@ -197,7 +196,6 @@ class Guard(CommitLoop):
             wrong = f"actions: a position is larger than {LARGEST:g}"
         return self._decide(nothing if wrong else targets, wrong, rate, stamp)
 
-    @checked
     def act_poses(self, poses: Sequence[Placement], *, rate: float, stamp: float | None = None) -> Decision:
         """Replace the chunk of actions by poses of the tool in the world; otherwise as `act`.
 
@@ -237,7 +235,6 @@ class Guard(CommitLoop):
                 return None
             return self._advance(self._chunk.times)
 
-    @checked
     def see(self, scene: Scene, stamp: float | None = None) -> None:
         super().see(scene, stamp)
         self._near = self._commitment.approach_query(scene, self._braking, self.options.clearance)

@@ -14,7 +14,7 @@ import numpy as np
 from trajopt.driving.guard import Decision, Guard
 from trajopt.values.arrays import Floats, Value, number, positive
 from trajopt.values.errors import NameNotFound, ProblemError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 
 
 class LeRobotArm(Protocol):
@@ -54,6 +54,7 @@ class MotorJoint(Value):
             raise ProblemError("scale must not be 0")
 
 
+@checked_class
 class LeRobotController:
     """The motors of a LeRobot robot, as a controller for `StreamingExecutor`.
 
@@ -61,7 +62,6 @@ class LeRobotController:
         others: Actions sent with each command, by feature without guarded joint, such as a gripper's.
     """
 
-    @checked
     def __init__(
         self,
         robot: LeRobotArm,
@@ -100,14 +100,12 @@ class LeRobotController:
     def joint_names(self) -> tuple[str, ...]:
         return tuple(motor.joint for motor in self.motors.values())
 
-    @checked
     def positions(self, values: Mapping[str, Any]) -> Floats:
         for feature in self.motors:
             if feature not in values:
                 raise NameNotFound("feature", feature, values)
         return self._scale * [_number(values[feature]) for feature in self.motors] + self._offset
 
-    @checked
     def values(self, positions: Floats) -> dict[str, Any]:
         """Return joint positions, shape (n,) [rad | m], as features."""
         return dict(zip(self.motors, ((positions - self._offset) / self._scale).tolist(), strict=True))
@@ -119,7 +117,6 @@ class LeRobotController:
         moved[np.abs(moved) <= self._resolution] = 0.0
         return new, moved / (now - before) if now > before else np.zeros(len(new))
 
-    @checked
     def command(self, positions: Floats, velocities: Floats) -> None:
         del velocities
         self._robot.send_action({**self.values(positions), **self.others})
@@ -142,6 +139,7 @@ def _number(value: Any) -> float:
         return math.nan
 
 
+@checked_class
 class GuardedArm:
     """A LeRobot robot behind a guard: actions in, and those that were really sent out.
 
@@ -153,7 +151,6 @@ class GuardedArm:
         decision: The last decision; None before the first action.
     """
 
-    @checked
     def __init__(self, controller: LeRobotController, guard: Guard, *, fps: float) -> None:
         """Take over the executor of a guard, driven by the controller, at `fps` actions per second [Hz].
 
@@ -178,7 +175,6 @@ class GuardedArm:
         """Return the last observation of the robot."""
         return dict(self._controller.observation)
 
-    @checked
     def send(self, action: Mapping[str, Any]) -> dict[str, Any]:
         """Drive to an action as far as it is proven.
 

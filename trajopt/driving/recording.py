@@ -24,7 +24,7 @@ from trajopt.values.arrays import Floats, Value, floats, several
 from trajopt.values.documents.codec import Kinds, Reader, Writer
 from trajopt.values.documents.document import Node, read_document, write_json
 from trajopt.values.errors import ProblemError, ShapeError, TrajoptError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.trajectory import Trajectory
 
 
@@ -79,7 +79,7 @@ class RecordedMoment(Value):
     events: tuple[Event, ...]
 
 
-@checked
+@checked_class
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Recording(Value):
     """The recording of a run; sequences are in order of time.
@@ -140,11 +140,9 @@ class Recording(Value):
     def duration(self) -> float:
         return float(self.times[-1] - self.times[0])
 
-    @checked
     def reduced(self, sighting: Sighting) -> ReducedModel:
         return reduce_model(sighting.world.scene, self.group, self.start)
 
-    @checked
     def at(self, time: float) -> RecordedMoment:
         """Return the state at a time, interpolated between samples."""
         now = min(max(time, self.begin), float(self.times[-1]))
@@ -189,6 +187,7 @@ LATEST = 64
 """Entries of each kind from which the last state is made: more than are ever committed at a time."""
 
 
+@checked_class
 class Logbook:
     """Records a run; call `look` after each cycle. It may be read in other threads."""
 
@@ -205,7 +204,6 @@ class Logbook:
         self._columns: list[int] = []
         self._lock = Lock()
 
-    @checked
     def look(self, watched: CommitLoop) -> None:
         """Record the present state."""
         with self._lock:
@@ -219,7 +217,6 @@ class Logbook:
                 raise ProblemError("a logbook records one driver; make another logbook")
             self._look(watched)
 
-    @checked
     def note(self, decision: Decision) -> None:
         """Record a decision of the guard, after a first `look`."""
         with self._lock:

@@ -16,7 +16,7 @@ from trajopt.scene.scene import Scene
 from trajopt.timing.time_scaling import stop_after
 from trajopt.values.arrays import Floats, number
 from trajopt.values.errors import ProblemError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.trajectory import Trajectory
 
 DEFAULT = ServoOptions()
@@ -26,7 +26,7 @@ REHEARSED = Twist(np.array((0.01, 0.0, 0.0)))
 """Command of the rehearsal before the first tick: any that moves a tool."""
 
 
-@checked
+@checked_class
 @dataclass(eq=False)
 class Servo(CommitLoop):
     """Drives a robot by the present command: a velocity of its tool or joints, or a pose of its tool.
@@ -61,7 +61,6 @@ class Servo(CommitLoop):
     def seconds(self) -> list[float]:
         return self._commitment.journal.seconds.setdefault("tick", [])
 
-    @checked
     def command(self, command: Command, stamp: float | None = None) -> None:
         """Follow a command from the next tick until another one or the timeout.
 
@@ -79,21 +78,18 @@ class Servo(CommitLoop):
             self._filtered = np.zeros(len(values))
         self._command = command, stated
 
-    @checked
     def release(self, why: str) -> None:
         """Stop: from the next tick there is no command; `why` is noted in the event."""
         if self._command is not None:
             self._command = None
             self._commitment.journal.note(EventKind.STOPPING, why)
 
-    @checked
     def slow_to(self, factor: float) -> None:
         """Follow commands at a share of their speed, 0 to 1, from the next tick."""
         if not 0.0 <= number("factor", factor) <= 1.0:
             raise ProblemError(f"factor must be from 0 to 1, is {factor:g}")
         self._speed = factor
 
-    @checked
     def see(self, scene: Scene, stamp: float | None = None) -> None:
         super().see(scene, stamp)
         self._near = self._commitment.approach_query(scene, self._braking, self.options.clearance)

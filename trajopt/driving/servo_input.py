@@ -35,7 +35,7 @@ from trajopt.driving.servo_command import Command, JointVelocities, Pose, Twist
 from trajopt.values.arrays import Value, number, several
 from trajopt.values.documents.document import Node, read_document, write_json
 from trajopt.values.errors import FileFormatError, MissingExtra, ModelError, ProblemError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import WORLD, placement
 
 if TYPE_CHECKING:
@@ -184,14 +184,13 @@ class Stream(Value):
         write_json(path, {"format": FORMAT, "version": VERSION, "orders": orders})
 
 
+@checked_class
 class Player:
     """An input that repeats a stream."""
 
-    @checked
     def __init__(self, stream: Stream) -> None:
         self._stream, self._next, self._now = stream, 0, -1.0
 
-    @checked
     def read(self, since: float) -> Order | None:
         self._now = since
         orders, begun = self._stream.orders, self._next
@@ -213,16 +212,15 @@ class Player:
         """Do nothing: no resource is open."""
 
 
+@checked_class
 class Recorder:
     """An input that records another one."""
 
-    @checked
     def __init__(self, source: ServoInput) -> None:
         self.source = source
         self._orders: list[TimedOrder] = []
         self._last: dict[str, object] | None = None
 
-    @checked
     def read(self, since: float) -> Order | None:
         order = self.source.read(since)
         document = None if order is None else _document(order)
@@ -331,6 +329,7 @@ SLOWEST = 0.1
 RELEASED = "the button was let go"
 
 
+@checked_class
 class Gamepad:
     """A gamepad found by pygame.
 
@@ -348,7 +347,6 @@ class Gamepad:
     program has one, and remains after `close`.
     """
 
-    @checked
     def __init__(self, number: int = 0, *, frame: str = WORLD) -> None:
         """Open it.
 
@@ -383,7 +381,6 @@ class Gamepad:
     def name(self) -> str:
         return self._pad.name
 
-    @checked
     def read(self, since: float) -> Order | None:
         pygame = self._pygame
         pygame.event.pump()

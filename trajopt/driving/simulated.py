@@ -19,7 +19,7 @@ from trajopt.simulation.rollout import ContactLog
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.values.arrays import Floats, Value, floats, number
 from trajopt.values.errors import JointNotFound, NameNotFound, ProblemError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 
@@ -168,6 +168,7 @@ class SimulatedGripper:
         return {name: (1.0 - share) * tracking[name] + share * effort for name, effort in presses.items()}
 
 
+@checked_class
 class SimulatedExecutor:
     """Drives a robot in MuJoCo, in a world that may differ from the one that a planner knows.
 
@@ -179,7 +180,6 @@ class SimulatedExecutor:
         gripper: Driver of the gripper; None without one.
     """
 
-    @checked
     def __init__(
         self,
         world: Scene,
@@ -250,7 +250,6 @@ class SimulatedExecutor:
         self._catch_up()
         return self._steps * self.period if self._clock is None else self._clock() - self._origin
 
-    @checked
     def advance(self, seconds: float) -> None:
         """Simulate for a time [s]."""
         for _ in range(round(seconds / self.period)):
@@ -269,7 +268,6 @@ class SimulatedExecutor:
         )
         return RobotState(now, positions, rates, accelerations, commanded)
 
-    @checked
     def placement_of(self, name: str) -> Placement:
         """Return the real placement of a loose object in the world.
 
@@ -281,7 +279,6 @@ class SimulatedExecutor:
             raise NameNotFound("loose object", name, sorted(self._loose))
         return self._plant.placement_of(name)
 
-    @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
         now = self.now()
         if self._fault:
@@ -311,7 +308,6 @@ class SimulatedExecutor:
         self._measured.clear()
         self._measure()
 
-    @checked
     def change(self, world: Scene, *, begin: float, duration: float = inf) -> None:
         """Replace the real world, whose clock shows 0 at `begin` [s]; contacts are counted from then on.
 

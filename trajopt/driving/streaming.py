@@ -11,7 +11,7 @@ from trajopt.driving.committed_motion import CommittedMotion
 from trajopt.driving.executor import STOPPED, RobotState
 from trajopt.values.arrays import Floats, floats, number, positive
 from trajopt.values.errors import ProblemError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.trajectory import Trajectory
 
 
@@ -39,6 +39,7 @@ class PositionController(Protocol):
         ...
 
 
+@checked_class
 class StreamingExecutor:
     """Drives a robot by a position in each period.
 
@@ -46,7 +47,6 @@ class StreamingExecutor:
     it. If the loop ends, a controller holds the last position, which lies on a proven motion.
     """
 
-    @checked
     def __init__(
         self,
         controller: PositionController,
@@ -99,7 +99,6 @@ class StreamingExecutor:
             commanded, _, accelerations = self.committed(stamp)
         return RobotState(stamp, positions, velocities, accelerations, commanded)
 
-    @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
         if refused := self.fault():
             return refused

@@ -22,7 +22,7 @@ from trajopt.scene.group_tools import tool_of
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import function, number, one_of
 from trajopt.values.errors import ProblemError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.placement import IDENTITY, PlacementLike, as_placement
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ DEFAULT = SupervisorOptions()
 SLOW = 1e-2
 
 
-@checked
+@checked_class
 @dataclass(eq=False)
 class Supervisor(CommitLoop):
     """Drives a robot to goals.
@@ -72,7 +72,6 @@ class Supervisor(CommitLoop):
         given_up = self._goals.given_up if self._task is None else self._task.given_up
         return given_up and not self.moving
 
-    @checked
     def go(self, problem: "Problem | Task", *, blend_radius: float = 0.0) -> None:
         """Go to a goal, or do a task, instead of all others; the next cycle plans from the present state.
 
@@ -98,7 +97,6 @@ class Supervisor(CommitLoop):
         self.problem = problem
         self._goals.go(goal)
 
-    @checked
     def then(self, problem: Problem, *, blend_radius: float = 0.0) -> None:
         """Go to a goal after all others; the motion to it is planned while the one before is driven.
 
@@ -109,7 +107,6 @@ class Supervisor(CommitLoop):
             raise ProblemError("a task is driven: add the goal to its stages (MoveTo)")
         self._goals.then(self._goal(problem, blend_radius))
 
-    @checked
     def follow_goal(
         self,
         goal: str | GoalNow,
@@ -174,7 +171,6 @@ class Supervisor(CommitLoop):
         self._abandon()
         return taken
 
-    @checked
     def recover(self, goal: GoalLike, *, scaling: float = 0.1) -> bool:
         """Clear a fault, and move the robot out of light contact to a goal, slowly.
 

@@ -42,7 +42,7 @@ from trajopt.timing.time_scaling import StopsAlong
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.errors import ProblemError, ShapeError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import WORLD, Placement, placement
 from trajopt.values.shapes.shapes import Box, Shape
 from trajopt.values.trajectory import Trajectory
@@ -73,7 +73,7 @@ class Surprise(Value):
     leaves: float = inf
 
 
-@checked
+@checked_class
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Surprises(Value):
     """All unannounced changes of a run.
@@ -93,7 +93,6 @@ class Surprises(Value):
         both = {time for each in self.objects for time in (each.at, each.leaves) if time < inf}
         return tuple(sorted(both))
 
-    @checked
     def world(self, scene: Scene) -> Scene:
         """Return the real world over time; its clock shows 0 at the start of the robot."""
         for each in self.objects:
@@ -107,7 +106,6 @@ class Surprises(Value):
             scene = scene.with_motion(moved.name, appears=each.at, expires=each.leaves)
         return scene
 
-    @checked
     def seen(self, scene: Scene, time: float) -> Scene:
         """Return the world as seen at a time on the clock of the run [s]."""
         for each in self.objects:

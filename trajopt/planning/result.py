@@ -23,7 +23,7 @@ from trajopt.timing import Retimed
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.documents.document import write_json
 from trajopt.values.errors import PlanningFailed, ProblemError, shown, unknown_attribute
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.printed import in_number
 from trajopt.values.trajectory import Path, Trajectory
 from trajopt.verify import Certificate
@@ -207,6 +207,7 @@ def improvement(along_path: float, duration: float) -> str:
     return f"from {along_path:.3f} s along the path, by {1.0 - duration / along_path:.1%}"
 
 
+@checked_class
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A verified motion.
@@ -266,7 +267,6 @@ class Plan:
         """Return this plan: functions that take a result take a plan too."""
         return self
 
-    @checked
     def write(self, path: FilePath | str) -> None:
         """Write the motion and its certificate as JSON, which `trajopt view`, `check` and `export` take.
 
@@ -277,14 +277,12 @@ class Plan:
         certificate = {"certificate": self.certificate.as_dict()}
         write_json(path, {**status, **self.trajectory.as_dict(), **certificate})
 
-    @checked
     def save(self, path: FilePath | str, *, proof: bool = False) -> None:
         """Write a bundle, as `Result.save`, without the report of planning."""
         from trajopt.files.bundle import save
 
         save(self, path, proof=proof)
 
-    @checked
     def save_proof(self, path: FilePath | str) -> None:
         """Write a proof file, which a small checker proves without trajopt (docs/proofs.md).
 
@@ -309,6 +307,7 @@ OTHER_NAMES = {
 """Names of attributes in other libraries, and their names here."""
 
 
+@checked_class
 class SavedResult(Value):
     """A result of one or several motions, which a file can contain."""
 
@@ -328,7 +327,6 @@ class SavedResult(Value):
         """Return plain JSON data."""
         raise NotImplementedError
 
-    @checked
     def write(self, path: FilePath | str) -> None:
         """Write `as_dict` as JSON; `trajopt view`, `check` and `export` take the file of a single motion.
 
@@ -337,7 +335,6 @@ class SavedResult(Value):
         """
         write_json(path, self.as_dict())
 
-    @checked
     def save(self, path: FilePath | str) -> None:
         """Write all motions, their problems and the rejected ways into one file; `read_result` reads it.
 

@@ -35,14 +35,14 @@ from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several
 from trajopt.values.errors import ProblemError, ProblemNotFound, WaypointNotFound, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.printed import in_short
 
 PathConstraint = Requirement | Constraint
 """A constraint along the motion: a requirement, which is plain data, or a residual with bounds."""
 
 
-@checked
+@checked_class
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Problem(Value):
     """A planning problem: from a start to a goal under constraints, at least cost.
@@ -223,7 +223,6 @@ class Problem(Value):
         """Requirements on a part of the motion."""
         return tuple(item for item in self.constraints if isinstance(item, During))
 
-    @checked
     def span(self, part: During[PathConstraint]) -> tuple[int, int]:
         """Return the first and last stop of a part; see `requirements_at`.
 
@@ -241,7 +240,6 @@ class Problem(Value):
             raise ProblemError(f"{part}: ends before it begins")
         return first, last
 
-    @checked
     def requirements_at(self, stop: int) -> tuple[Requirement, ...]:
         """Return the requirements that hold while passing a stop.
 
@@ -294,7 +292,6 @@ class Problem(Value):
         if isinstance(item, Requirement):
             check_names(self.scene, item)
 
-    @checked
     def save(self, path: Path | str) -> None:
         """Write the problem to a bundle without a result; see `Result.save`.
 

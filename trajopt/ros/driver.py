@@ -24,7 +24,7 @@ from trajopt.ros.rosbridge.wire import Incoming, parsed, plain, written
 from trajopt.values.arrays import Floats, floats, positive
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ExecutionError, ProblemError, TrajoptError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.trajectory import Trajectory
 
 DRIFT = 1e-4
@@ -69,13 +69,13 @@ class _Measured:
     velocities: Floats
 
 
+@checked_class
 class FollowJointTrajectoryExecutor:
     """Drives a robot through rosbridge, by the action `FollowJointTrajectory` and the topic of joint states.
 
     See docs/drivers.md#a-robot-in-ros. The executor's clock is the ROS stamps', which must run in real time.
     """
 
-    @checked
     def __init__(
         self,
         url: str,
@@ -146,7 +146,6 @@ class FollowJointTrajectoryExecutor:
         commanded, _, accelerations = self.committed(last.stamp)
         return RobotState(last.stamp, last.positions, last.velocities, accelerations, commanded)
 
-    @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
         with self._lock:
             now, planned = self.now(), copy(self.committed)

@@ -19,7 +19,7 @@ from trajopt.tasks.result import TaskResult
 from trajopt.values.arrays import Value
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError, ShapeError, TrajoptError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.trajectory import Trajectory
 
 
@@ -209,6 +209,7 @@ def cloud_bytes(points: ArrayLike) -> bytes:
     return rows.tobytes()
 
 
+@checked_class
 class SessionCalls(Generic[Reply]):
     """The requests of a session: a robot in a scene stored by the server.
 
@@ -224,7 +225,6 @@ class SessionCalls(Generic[Reply]):
     def _send(self, call: Call) -> Reply:
         raise NotImplementedError
 
-    @checked
     def ask(
         self,
         operation: str,
@@ -245,12 +245,10 @@ class SessionCalls(Generic[Reply]):
     def read(self) -> Reply:
         return self._send(Call("GET", f"/sessions/{self.id}"))
 
-    @checked
     def edit(self, edits: Sequence[Mapping[str, Any]]) -> Reply:
         """Change the scene: `[{"add": {"name": "post", "shape": {"box": {...}}}}]`; all edits or none."""
         return self.ask("edit", {"edits": list(edits)})
 
-    @checked
     def with_cloud(
         self,
         name: str,
@@ -280,17 +278,14 @@ class SessionCalls(Generic[Reply]):
         path = f"/sessions/{self.id}/cloud"
         return self._send(Call("POST", path, arguments, data=b"" if points is None else cloud_bytes(points)))
 
-    @checked
     def motions(self, motions: Sequence[Mapping[str, Any]]) -> Reply:
         """Set the motions of objects: `[{"object": "box", "times": [...], "positions": [...]}]`."""
         return self.ask("motions", {"motions": list(motions)})
 
-    @checked
     def planning_scene(self, message: Mapping[str, Any]) -> Reply:
         """Send a `moveit_msgs/PlanningScene`: the whole scene, or, with `is_diff`, its changes."""
         return self.ask("planning_scene", message)
 
-    @checked
     def plan(
         self,
         problem: Mapping[str, Any],
@@ -309,7 +304,6 @@ class SessionCalls(Generic[Reply]):
         arguments = {"problem": dict(problem), **options}
         return self.ask("plan", arguments, listener=listener, timeout=timeout, name=name)
 
-    @checked
     def task(
         self,
         task: Mapping[str, Any],
@@ -327,18 +321,15 @@ class SessionCalls(Generic[Reply]):
         arguments = {"task": dict(task), **options}
         return self.ask("task", arguments, listener=listener, timeout=timeout, name=name)
 
-    @checked
     def plan_request(
         self, request: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
     ) -> Reply:
         """Plan a `moveit_msgs/MotionPlanRequest`; options as in `plan`."""
         return self.ask("plan", {"request": dict(request), **options}, listener=listener)
 
-    @checked
     def check(self, problem: Mapping[str, Any], trajectory: Mapping[str, Any]) -> Reply:
         return self.ask("check", {"problem": dict(problem), "trajectory": dict(trajectory)})
 
-    @checked
     def execute(
         self, problem: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
     ) -> Reply:
@@ -348,7 +339,6 @@ class SessionCalls(Generic[Reply]):
     def stop(self) -> Reply:
         return self._send(Call("POST", f"/sessions/{self.id}/stop", {}))
 
-    @checked
     def cancel(self, name: str) -> Reply:
         """Cancel the request of that name; a plan answers with its best motion."""
         return self._send(Call("DELETE", f"/sessions/{self.id}/requests/{quote(name, safe='')}"))
@@ -357,10 +347,10 @@ class SessionCalls(Generic[Reply]):
         return self._send(Call("DELETE", f"/sessions/{self.id}"))
 
 
+@checked_class
 class Client:
     """A client of `trajopt serve`."""
 
-    @checked
     def __init__(self, url: str, *, token: str = "", patience: float = 30.0, timeout: float = 120.0) -> None:
         """Store the address; no request is sent yet.
 
@@ -385,18 +375,15 @@ class Client:
         """Return the robots: joints, limits, groups, states, frames."""
         return self.send(Call("GET", "/robots"))
 
-    @checked
     def session(self, robot: str = "") -> "Session":
         """Create a session with a robot, by default the server's first one."""
         begun = self.send(Call("POST", "/sessions", {"robot": robot}))
         return Session(self, begun["session"], begun["robot"])
 
-    @checked
     def resume(self, session: str) -> "Session":
         """Return an existing session by its id: of another client, or from before a restart."""
         return Session(self, session, self.send(Call("GET", f"/sessions/{quote(session, safe='')}"))["robot"])
 
-    @checked
     def send(self, call: Call) -> Any:
         """Send a request repeatedly while the server is full, and return the answer."""
         retries = _Retries(self._patience)
@@ -443,10 +430,10 @@ class Session(SessionCalls[Document]):
         return self._client.send(call)
 
 
+@checked_class
 class AsyncClient:
     """A client of `trajopt serve`, all of whose answers are awaited."""
 
-    @checked
     def __init__(
         self,
         url: str,
@@ -474,17 +461,14 @@ class AsyncClient:
     async def robots(self) -> list[Document]:
         return await self.send(Call("GET", "/robots"))
 
-    @checked
     async def session(self, robot: str = "") -> "AsyncSession":
         begun = await self.send(Call("POST", "/sessions", {"robot": robot}))
         return AsyncSession(self, begun["session"], begun["robot"])
 
-    @checked
     async def resume(self, session: str) -> "AsyncSession":
         held = await self.send(Call("GET", f"/sessions/{quote(session, safe='')}"))
         return AsyncSession(self, session, held["robot"])
 
-    @checked
     async def send(self, call: Call) -> Any:
         """Send a request repeatedly while the server is full, and return the answer."""
         retries = _Retries(self._patience)

@@ -25,17 +25,17 @@ from trajopt.server.session import SHOWN, Keeper, ServiceSession, Sessions
 from trajopt.server.warehouse import Warehouse
 from trajopt.server.worker_process import WorkerLost
 from trajopt.values.errors import ProblemError, RobotNotFound, listed, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 
 OPERATIONS = "trajopt.server.operations"
 DEFAULT = Limits()
 _JSON = msgspec.json.Encoder()
 
 
+@checked_class
 class Service:
     """Robots, sessions and workers, some in each lane; `async with` starts and ends them."""
 
-    @checked
     def __init__(
         self,
         robots: Mapping[str, Robot],
@@ -84,7 +84,6 @@ class Service:
     async def __aexit__(self, *raised: object) -> None:
         await self.close(drain=self.limits.grace)
 
-    @checked
     async def close(self, *, drain: float) -> None:
         self._closing = True
         for run in self._driving.values():
@@ -101,7 +100,6 @@ class Service:
         """Whether further requests are refused."""
         return self._closing
 
-    @checked
     def create(self, robot: str = "", *, face: str = "") -> ServiceSession:
         """Create a session: a robot in an empty world, each group in its first named state.
 
@@ -127,7 +125,6 @@ class Service:
             self._empty[name] = packed(state, self.robots), state.positions.tolist()
         return self._empty[name]
 
-    @checked
     def fork(self, session: ServiceSession) -> ServiceSession:
         """Create a session with the present content of another.
 
@@ -137,14 +134,12 @@ class Service:
         self._check_open()
         return self.sessions.add(session.scene, session.positions, stamps=session.stamps)
 
-    @checked
     async def keep(self, session: ServiceSession) -> None:
         """Have a session be there after a restart too, changed or not; without a warehouse it cannot."""
         if self._keeper is not None:
             await self._keeper.keep(session, session.scene, session.positions)
             await self._forgotten()
 
-    @checked
     async def remove(self, name: str) -> None:
         self.sessions.remove(name)
         await self._forgotten()
@@ -154,7 +149,6 @@ class Service:
             if self._keeper is not None:
                 await self._keeper.forget(session)
 
-    @checked
     async def ask(
         self,
         session: ServiceSession,

@@ -13,7 +13,7 @@ import numpy as np
 
 from trajopt.values.arrays import Floats, Value, floats_of_any_shape, readonly
 from trajopt.values.errors import ProblemError, ShapeError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import Placement
 from trajopt.values.printed import in_degrees, in_length, in_number
 
@@ -83,6 +83,7 @@ class Places(Value):
     translation: Floats
 
 
+@checked_class
 @dataclass(frozen=True, eq=False)
 class Curve(Value):
     """A path through space that a frame can be required to follow; pieces joined end to end.
@@ -136,13 +137,11 @@ class Curve(Value):
             rotation[here], translation[here] = places.rotation, places.translation
         return Places(rotation, translation)
 
-    @checked
     def placement(self, s: float) -> Placement:
         """Return the placement at a length along the curve [m]."""
         place = self(np.array((s,)))
         return Placement(readonly(place.rotation[0]), readonly(place.translation[0]))
 
-    @checked
     def after(self, s: float) -> "Curve":
         """Return the part after a length along the curve [m].
 
@@ -156,7 +155,6 @@ class Curve(Value):
         poses = self.poses[self.poses > s + JOINED] - s
         return Curve((piece, *self.pieces[first + 1 :]), readonly(np.concatenate(((0.0,), poses))))
 
-    @checked
     def travelled(self, places: Places, *, turns: bool = True) -> float:
         """Return the length reached by a frame that follows the curve through places [m].
 
@@ -181,7 +179,6 @@ class Curve(Value):
             reached = float(lengths[off.argmin()])
         return reached
 
-    @checked
     def pose_before(self, s: float) -> int:
         """Return the index of the last pose at or before a length [m]."""
         return int(np.searchsorted(self.poses, s + JOINED, side="right")) - 1

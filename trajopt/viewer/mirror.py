@@ -22,7 +22,7 @@ from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, floats, one_of
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import MissingExtra, ProblemError, TrajoptError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import palette
 from trajopt.viewer.clearance import Nearest
@@ -258,6 +258,7 @@ LARGEST = 4096
 LOCAL = ("127.0.0.1", "localhost", "[::1]")
 
 
+@checked_class
 class RunPublisher:
     """Publishes a run: `run(problem, watch=publisher.look)`. A context manager; or call `close`.
 
@@ -265,7 +266,6 @@ class RunPublisher:
         url: Address for `trajopt view --mirror`.
     """
 
-    @checked
     def __init__(self, problem: Problem, *, port: int = 8090, host: str = "127.0.0.1") -> None:
         self._problem, self._logbook = one_of("problem", problem, Problem), Logbook()
         self._lock, self._revision = threading.Lock(), 0
@@ -288,7 +288,6 @@ class RunPublisher:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    @checked
     def look(self, watched: CommitLoop) -> None:
         """Read the state of the supervisor, always the same, after each cycle."""
         self._logbook.look(watched)

@@ -17,7 +17,7 @@ from trajopt.driving.servo_input import Order
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.problem.problem import Problem
 from trajopt.scene.reducing import tool_frame
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import WORLD, PlacementLike, as_placement, scalar_first
 from trajopt.values.placement import placement as placed
 from trajopt.viewer.playback import FRAME_TIME
@@ -62,6 +62,7 @@ def servo_page(
     return ServoPage(drawing, tool, axes)
 
 
+@checked_class
 class ServoPage(Served):
     """A page that leads a robot; `servo_page` opens one. An input of a servo: `guide(servo, page, ...)`."""
 
@@ -106,7 +107,6 @@ class ServoPage(Served):
         self._follower = threading.Thread(target=self._follow, name="trajopt servo page", daemon=True)
         self._follower.start()
 
-    @checked
     def read(self, since: float) -> Order | None:
         speed = self._speeds.value
         new = None if speed == self._speed else speed
@@ -115,12 +115,10 @@ class ServoPage(Served):
             return Order(speed=new, released=LET_GO)
         return Order(speed=new, command=self._command())
 
-    @checked
     def look(self, watched: CommitLoop) -> None:
         """Look at the servo after a tick; it is drawn soon after, in another thread."""
         self._logbook.look(watched)
 
-    @checked
     def move_gizmo(self, placement: PlacementLike) -> None:
         """Put the gizmo somewhere in the world."""
         where = as_placement("placement", placement)

@@ -22,7 +22,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import write_text
 from trajopt.values.errors import ShapeError, listed
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.trajectory import Interpolation, Trajectory
 
 BETWEEN = {
@@ -164,18 +164,16 @@ RATE = 50.0
 """Default sample rate, as in recorded runs [1/s]."""
 
 
-@checked
+@checked_class
 @dataclass(frozen=True)
 class Mcap:
     """A log of a motion that begins at time 0: the motion, joint states, and of a plan frames and scene."""
 
     reduced: ReducedModel | None = None
 
-    @checked
     def with_model(self, reduced: ReducedModel) -> "Mcap":
         return self if self.reduced is not None else replace(self, reduced=reduced)
 
-    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         log, rate = self._log(), RATE if hz is None else hz
         samples = trajectory.sampled(rate)

@@ -15,7 +15,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, number
 from trajopt.values.documents.document import write_text
 from trajopt.values.errors import ShapeError, listed
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import Placement, as_rotation_vector
 from trajopt.values.printed import in_number
 from trajopt.values.trajectory import Trajectory
@@ -65,6 +65,7 @@ _SAMPLES = 2000
 """Number of samples for finding the corners of `movej`: one every 5 ms in ten seconds."""
 
 
+@checked_class
 @dataclass(frozen=True)
 class Servoj:
     """The motion as a stream of positions, one for each cycle of the controller.
@@ -81,7 +82,6 @@ class Servoj:
         _within("lookahead_time", self.lookahead_time, 0.03, 0.2)
         _within("gain", self.gain, 100.0, 2000.0)
 
-    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         rate = _rate(hz)
         samples = in_ur_order(trajectory).sampled(rate)
@@ -97,7 +97,6 @@ class Servoj:
         _write(path, [*lines, f"stopj({STOPPING:g})"], samples.positions[0], notes)
         return Exported(path, len(samples.times), len(lines) / rate, notes)
 
-    @checked
     def lines(self, samples: Trajectory, rate: float) -> list[str]:
         """Return the commands of a sampled motion, held at its end until the arm reaches it."""
         options = f"t={1.0 / rate:.9g}, lookahead_time={self.lookahead_time:g}, gain={self.gain:g}"
@@ -170,7 +169,7 @@ class Movej:
         return Exported(path, len(corners), float(lasting), notes)
 
 
-@checked
+@checked_class
 @dataclass(frozen=True)
 class UrProgram:
     """A task as one program.
@@ -199,11 +198,9 @@ class UrProgram:
         _within("tolerance", self.tolerance, 1e-6, 1.0)
         _within("blend", self.blend, 0.0, 1.0)
 
-    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         return self.stream.write(trajectory, path, hz)
 
-    @checked
     def write_program(self, sections: Sequence[ProgramSection], path: Path, hz: float | None) -> Exported:
         rate, lines, points = _rate(hz), list[str](), 0
         moving = [section for section in sections if _moves_arm(section)]

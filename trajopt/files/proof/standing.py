@@ -18,7 +18,7 @@ from trajopt.problem.requirements import AxisAlignment, FramePlacement, JointPos
 from trajopt.scene.scene import Scene
 from trajopt.scene.scene_object import SceneObject
 from trajopt.values.arrays import Floats
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.trajectory import Trajectory
 
@@ -35,6 +35,7 @@ def _all_fields(kind: type[Any], but: str) -> Callable[[object], tuple[object, .
 _of_scene, _of_object = _all_fields(Scene, "objects"), _all_fields(SceneObject, "placement")
 
 
+@checked_class
 class StandingMotion:
     """A verified motion, prepared for questions about scenes in which objects have moved.
 
@@ -42,7 +43,6 @@ class StandingMotion:
     If these do not suffice, and after other changes, the judge verifies the motion again.
     """
 
-    @checked
     def __init__(self, problem: Problem, trajectory: Trajectory) -> None:
         """Verify a motion, with velocities, of a problem with one goal.
 
@@ -55,7 +55,6 @@ class StandingMotion:
         self._bound = self._not_moved()
         self._swept = self._swept_parts()
 
-    @checked
     def proven_in(self, scene: Scene) -> bool:
         """Return whether the motion is proven in a scene, with the same requirements.
 

@@ -16,13 +16,14 @@ from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, Value, readonly
 from trajopt.values.documents.files import written_whole
 from trajopt.values.errors import CampaignError, FileFormatError, ShapeError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.trajectory import Trajectory
 
 SHARES = 2**32
 """Beginnings of ids by which rows are shared out: evenly, for ids are hashes."""
 
 
+@checked_class
 @dataclass(frozen=True, eq=False)
 class Dataset(Value):
     """Verified motions, each at the same number of points, evenly spaced in time.
@@ -47,7 +48,6 @@ class Dataset(Value):
     def __len__(self) -> int:
         return len(self.ids)
 
-    @checked
     def chosen(self, first: float, last: float) -> "Dataset":
         """Return the motions of a share of the problems, within [0, 1]: 0 to 0.8 to train, 0.8 to 1 to test.
 
@@ -61,7 +61,6 @@ class Dataset(Value):
         place = np.array([int(key[:8], 16) / SHARES for key in self.problem_ids.tolist()])
         return self._rows((place >= first) & (place < last))
 
-    @checked
     def batches(self, size: int, *, rng: np.random.Generator) -> Iterator["Dataset"]:
         """Yield all motions once in random order, in batches of a size; the last batch may be smaller."""
         if size < 1:
@@ -69,7 +68,6 @@ class Dataset(Value):
         order = rng.permutation(len(self))
         return (self._rows(order[begin : begin + size]) for begin in range(0, len(order), size))
 
-    @checked
     def write(self, path: Path | str) -> None:
         """Write the arrays, named as the attributes, to a file that ends in `.npz`."""
         if Path(path).suffix != ".npz":

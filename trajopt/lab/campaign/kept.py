@@ -17,7 +17,7 @@ from trajopt.lab.campaign.recipes import Packer
 from trajopt.values.documents.document import write_json
 from trajopt.values.documents.files import read_json, written_whole
 from trajopt.values.errors import CampaignError, FileFormatError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 
 FORMAT = "trajopt campaign"
 VERSION = 1
@@ -27,6 +27,7 @@ Ids = NDArray[np.bytes_]
 """Ids of rows, in order, each once."""
 
 
+@checked_class
 @dataclass(frozen=True)
 class CampaignFolder:
     """A campaign on disk."""
@@ -39,7 +40,6 @@ class CampaignFolder:
     versions: Mapping[str, str]
 
     @staticmethod
-    @checked
     def begin(campaign: Campaign, path: Path | str) -> "CampaignFolder":
         """Write the problems of a campaign into a folder.
 
@@ -68,7 +68,6 @@ class CampaignFolder:
         return CampaignFolder.open(target)
 
     @staticmethod
-    @checked
     def open(path: Path | str) -> "CampaignFolder":
         """Open the campaign of a folder."""
         need_parquet()
@@ -106,7 +105,6 @@ class CampaignFolder:
         for row in read_rows(self.path / PROBLEMS):
             yield CampaignTask(**row)
 
-    @checked
     def task(self, row_id: str) -> CampaignTask:
         """Return a task by its id or an unambiguous prefix of it."""
         found = [task for task in self.tasks() if task.id.startswith(row_id)]
@@ -128,7 +126,6 @@ class CampaignFolder:
             if place == len(done) or done[place] != task.id.encode():
                 yield task
 
-    @checked
     def rows(self, columns: Sequence[str] | None = None) -> Iterator[Row]:
         seen: set[bytes] = set()
         wanted = None if columns is None else list(dict.fromkeys(("id", *columns)))

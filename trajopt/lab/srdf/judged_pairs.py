@@ -20,7 +20,7 @@ from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.errors import MimicOutOfRange, ProblemError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 
 
 class PairVerdict(Enum):
@@ -33,7 +33,7 @@ class PairVerdict(Enum):
     SOMETIMES = ""
 
 
-@checked
+@checked_class
 @dataclass(frozen=True, kw_only=True)
 class Confidence:
     """Required confidence that a pair never collides.
@@ -53,7 +53,6 @@ class Confidence:
             if not 0.0 < getattr(self, name) < 1.0:
                 raise ProblemError(f"Confidence.{name} must lie in (0, 1), is {getattr(self, name)}")
 
-    @checked
     def samples(self, pairs: int) -> int:
         """Return the required number of samples without a collision.
 
@@ -62,7 +61,6 @@ class Confidence:
         """
         return ceil(log((1.0 - self.level) / pairs) / log1p(-self.share))
 
-    @checked
     def upper(self, collisions: int, samples: int, *, pairs: int) -> float:
         """Bound the share of configurations in collision from above, for one of several pairs.
 
@@ -74,7 +72,6 @@ class Confidence:
             return 1.0
         return float(betaincinv(collisions + 1, samples - collisions, 1.0 - (1.0 - self.level) / pairs))
 
-    @checked
     def lower(self, collisions: int, samples: int, *, pairs: int) -> float:
         from scipy.special import betaincinv
 

@@ -18,7 +18,7 @@ from trajopt.problem.problem import Problem
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, floats, readonly
 from trajopt.values.errors import ProblemError, ShapeError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.placement import WORLD
 from trajopt.values.shapes.shapes import bounding_box
 
@@ -224,7 +224,7 @@ class _Group:
     scenes: Sequence[Floats]
 
 
-@checked
+@checked_class
 @dataclass(eq=False)
 class Experience:
     """Remembers motions and their successes: `plan(problem, experience=experience)`.
@@ -264,7 +264,6 @@ class Experience:
     def version(self) -> int:
         return self.storage.version
 
-    @checked
     def recall(self, problem: Problem) -> Recalled:
         """Return paths to try first for a problem."""
         with self._lock:
@@ -274,7 +273,6 @@ class Experience:
                 return Recalled(self._version)
             return Recalled(self._version, (near[1],), (self._known[near[1]].knots,))
 
-    @checked
     def learn(self, problem: Problem, result: Result, recalled: Recalled, given: int = 0) -> None:
         """Remember a motion, and whether the recalled path has led to it.
 
@@ -303,7 +301,6 @@ class Experience:
             if new is not None or after:
                 self._change(new, after, gone)
 
-    @checked
     def remember(self, problem: Problem, path: ArrayLike) -> bool:
         """Remember a path that solved a problem elsewhere, unless a similar problem is remembered already.
 

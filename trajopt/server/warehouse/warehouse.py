@@ -44,9 +44,10 @@ from trajopt.server.warehouse.rows import (
 from trajopt.values.arrays import Floats, floats, readonly, several
 from trajopt.values.arrays import path as as_path
 from trajopt.values.errors import ModelError, TrajoptError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 
 
+@checked_class
 class Warehouse:
     """A file that stores values by name and version.
 
@@ -57,7 +58,6 @@ class Warehouse:
     ambiguous name a ModelError.
     """
 
-    @checked
     def __init__(self, path: Path | str, *, create: bool = True) -> None:
         """Open a file.
 
@@ -92,7 +92,6 @@ class Warehouse:
         """
         return self._database.writing()
 
-    @checked
     def add(
         self,
         name: str,
@@ -111,7 +110,6 @@ class Warehouse:
         about, members = described(what), members_of(what, explained=explained)
         return keep(self._database, name, about, members, tags=tags, note=note)
 
-    @checked
     def add_bundle(
         self, path: Path | str, name: str = "", *, tags: Sequence[str] = (), note: str = ""
     ) -> Entry:
@@ -126,7 +124,6 @@ class Warehouse:
         members = {each: archive.read(each) for each in archive.names}
         return keep(self._database, name or named, described(saved), members, tags=tags, note=note)
 
-    @checked
     def find(
         self,
         *,
@@ -160,37 +157,30 @@ class Warehouse:
         with self._database.reading() as connection:
             return tuple(entry for _, entry in conditions.found(connection))
 
-    @checked
     def entry(self, name: str, *, kind: EntryKind | None = None, version: int | None = None) -> Entry:
         """Return the description of an entry; its kind may be None if the name is unambiguous."""
         with self._database.reading() as connection:
             return the_one(connection, name, kind, version)[1]
 
-    @checked
     def load(self, entry: Entry, *, meshes: Path | str | None = None) -> Any:
         """Return the value of an entry; for a problem or a plan the bundle, its meshes in a folder."""
         return kept_in(self._members(entry), entry.kind, meshes)
 
-    @checked
     def robot(self, name: str, *, version: int | None = None) -> Robot:
         """Return a robot; the last version when `version` is None. Raises as `entry` and `load` do."""
         return self.load(self.entry(name, kind=EntryKind.ROBOT, version=version))
 
-    @checked
     def scene(self, name: str, *, version: int | None = None) -> Scene:
         return self.load(self.entry(name, kind=EntryKind.SCENE, version=version))
 
-    @checked
     def problem(self, name: str, *, version: int | None = None) -> Problem:
         bundle: Bundle = self.load(self.entry(name, kind=EntryKind.PROBLEM, version=version))
         return bundle.problem
 
-    @checked
     def plan(self, name: str, *, version: int | None = None) -> Bundle:
         """Return a plan or a failure, as the bundle that was kept of it; see `robot`."""
         return self.load(self.entry(name, kind=EntryKind.PLAN, version=version))
 
-    @checked
     def task(self, name: str, *, version: int | None = None) -> SavedResult:
         """Return a `SavedResult`; see `robot`.
 
@@ -198,7 +188,6 @@ class Warehouse:
         """
         return self.load(self.entry(name, kind=EntryKind.TASK, version=version))
 
-    @checked
     def standing(self, name: str, *, version: int | None = None) -> StandingMotion:
         """Return a plan's motion, verified again, for questions whether it is proven in changed scenes.
 
@@ -210,17 +199,14 @@ class Warehouse:
         bundle = self.plan(name, version=version)
         return StandingMotion(bundle.problem, bundle.require())
 
-    @checked
     def state(self, name: str, *, version: int | None = None) -> StoredState:
         """Return positions of joints; see `robot`."""
         return self.load(self.entry(name, kind=EntryKind.STATE, version=version))
 
-    @checked
     def constraints(self, name: str, *, version: int | None = None) -> Constraints:
         """Return requirements; see `robot`."""
         return self.load(self.entry(name, kind=EntryKind.CONSTRAINTS, version=version))
 
-    @checked
     def mark(self, entry: Entry, *, tags: Sequence[str] | None = None, note: str | None = None) -> Entry:
         """Change the tags or the note of an entry; None leaves them."""
         words = None if tags is None else checked_tags(tags)
@@ -233,7 +219,6 @@ class Warehouse:
                 connection.execute("UPDATE entries SET note = ? WHERE id = ?", (note, number))
             return the_one(connection, entry.name, entry.kind, entry.version)[1]
 
-    @checked
     def remove(
         self, name: str, *, kind: EntryKind | None = None, version: int | None = None
     ) -> tuple[Entry, ...]:
@@ -247,7 +232,6 @@ class Warehouse:
             drop_unused(connection)
             return tuple(entry for _, entry in gone)
 
-    @checked
     def export(self, entry: Entry, path: Path | str) -> None:
         """Write a problem, a plan or a result as a bundle's file, for all commands."""
         if entry.kind not in BUNDLED:
@@ -257,7 +241,6 @@ class Warehouse:
             )
         write_archive(path, self._members(entry).all())
 
-    @checked
     def copy_to(self, other: "Warehouse", entries: Sequence[Entry] | None = None) -> tuple[Entry, ...]:
         """Copy entries (all if None) with their dates, tags and notes to a warehouse; return the copies.
 
@@ -280,7 +263,6 @@ class Warehouse:
             )  # fmt: skip
         return tuple(copied)
 
-    @checked
     def experience(self, *, most: int = 1000, learning: bool = True) -> Experience:
         """Return the experience stored in this file: `plan(problem, experience=kept.experience())`.
 

@@ -13,12 +13,12 @@ from trajopt.scene.reducing import reduce_model, tool_frame
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, Value, direction_of, floats, number, one_of, positive
 from trajopt.values.errors import GripperError, NameNotFound, ShapeError, shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked_class
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import placed_box
 
 
-@checked
+@checked_class
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Gripper(Value):
     """A gripper with two fingers whose pads stay parallel.
@@ -87,7 +87,6 @@ class Gripper(Value):
         x = np.cross(self.closing, self.approach)
         return Placement(floats("axes", np.stack((x, self.closing, self.approach), axis=1), (3, 3)))
 
-    @checked
     def joints_at(self, opening: float) -> Mapping[str, float]:
         """Return the positions of the driven joints at an opening [m], joint -> position [rad | m].
 
@@ -105,7 +104,6 @@ class Gripper(Value):
             name: float(np.interp(opening, self.openings, np.asarray(column))) for name, column in columns
         }
 
-    @checked
     def opening_at(self, robot: Robot, positions: Floats) -> float:
         """Return the opening at positions of all joints, by the first driven joint [m]."""
         joint = float(positions[robot.index(self.joint_names[:1])][0])
@@ -113,7 +111,6 @@ class Gripper(Value):
         order = np.argsort(column)
         return float(np.interp(joint, column[order], self.openings[order]))
 
-    @checked
     def pressing(self, width: float, force: float) -> Mapping[str, float]:
         """Return the effort of the driven joints for a force of each finger [N], by joint [N | Nm].
 
@@ -125,7 +122,6 @@ class Gripper(Value):
         """
         return dict(zip(self.joint_names, (-force / self._yield(width)).tolist(), strict=True))
 
-    @checked
     def driven_together(self, robot: Robot, positions: Floats) -> Mapping[str, tuple[str, float, float]]:
         """Return the driven joints that follow the first in proportion, with factor and offset.
 
@@ -152,7 +148,6 @@ class Gripper(Value):
         rise = self.positions[place] - self.positions[place - 1]
         return len(self.joint_names) * rise / (self.openings[place] - self.openings[place - 1])
 
-    @checked
     def opened(self, robot: Robot, positions: Floats, opening: float) -> Floats:
         """Return positions of all joints with the fingers at an opening [rad | m].
 

@@ -14,7 +14,7 @@ from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.tasks.sequence import MotionSequence, PlannedSegment
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.errors import shown
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 
 if TYPE_CHECKING:
     from trajopt.tasks.grasping.simulation import PickPlaceRollout
@@ -97,6 +97,7 @@ class Timeline:
         return "\n".join((f"Timeline of {self.duration:.2f} s", *lines))
 
 
+@checked_class
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PickPlaceResult(MotionSequence[Segment]):
     """A planned sequence of picking, placing or both; or why there is none.
@@ -116,11 +117,9 @@ class PickPlaceResult(MotionSequence[Segment]):
         """The whole motion, fingers included."""
         return Timeline(self.require())
 
-    @checked
     def segment(self, stage: Stage) -> Segment | None:
         return next((item for item in self.segments if item.stage is stage), None)
 
-    @checked
     def simulated(self, options: SimulationOptions | None = None) -> "PickPlaceRollout":
         """Execute the sequence as `simulate_handling` does; `trajopt.simulate(result)` calls this."""
         from trajopt.tasks.grasping.simulation import simulate_handling

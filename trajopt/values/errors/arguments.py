@@ -15,6 +15,7 @@ import numpy as np
 from trajopt.values.errors import ProblemError, ShapeError, UnknownArgument, listed, shown
 
 Target = TypeVar("Target", bound=Callable[..., Any])
+Kind = TypeVar("Kind", bound=type)
 Test = Callable[[Any], bool]
 
 NUMBERS: Mapping[object, tuple[type[object], ...]] = {
@@ -61,6 +62,18 @@ def checked(target: Target) -> Target:
         return target(*args, **kwargs)
 
     return cast("Target", call)
+
+
+def checked_class(cls: Kind) -> Kind:
+    """Make the constructor and the public methods of a class refuse arguments like `checked`."""
+    for name, member in vars(cls).copy().items():
+        if name[0] == "_" and name != "__init__":
+            continue
+        if isinstance(member, staticmethod):
+            setattr(cls, name, staticmethod(checked(cast("staticmethod[..., Any]", member).__func__)))
+        elif inspect.isfunction(member) and _names_of(member) != frozenset(("self",)):
+            setattr(cls, name, checked(member))
+    return cls
 
 
 def named(target: Target) -> Target:

@@ -13,7 +13,7 @@ from trajopt.server.operation import Answer, Lane, Operation, SessionState, Watc
 from trajopt.values.arrays import Floats, Value, one_of
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ProblemError
-from trajopt.values.errors.arguments import checked
+from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 from trajopt.viewer import palette
@@ -183,6 +183,7 @@ def _still(scene: Scene) -> Scene:
     return scene
 
 
+@checked_class
 class LiveView(Served):
     """A page for planning by hand; `live_view` opens one."""
 
@@ -249,12 +250,10 @@ class LiveView(Served):
         """The group that moves."""
         return self._bench.group
 
-    @checked
     def see(self, scene: Scene) -> None:
         seen = _still(scene)
         self._ask_around("seen", lambda: self._bench.change(seen))
 
-    @checked
     def settle(self, seconds: float = 60.0) -> bool:
         """Wait until all requests except planning are handled; return False after a time-out."""
         return self._desk.settle(seconds)
