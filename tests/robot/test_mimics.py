@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import trajopt as to
+from tests.robots_for_tests import ODD_ARM
 from tests.verify.arms import link, quintic, reduced
 from trajopt.optimise.kinematics import forward_kinematics
 from trajopt.scene.reducing import reduce_model
@@ -209,3 +210,13 @@ def test_forward_kinematics_of_random_chains(
         at = place * np.array((0.3, 0.0, 0.0))
         judged = poses.rotation[0, joint] @ at + poses.translation[0, joint]
         assert judged[:2] == pytest.approx(expected[rod - 1], abs=1e-12)
+
+
+def test_a_group_of_joints_has_their_links(tmp_path: Path) -> None:
+    """Also those of mimic joints, as fingers that may touch what their hand holds."""
+    (tmp_path / "odd.urdf").write_text(ODD_ARM)
+    (tmp_path / "odd.srdf").write_text(
+        '<robot name="odd"><group name="end"><joint name="wrist"/><joint name="follow"/></group></robot>'
+    )
+    group = to.load(tmp_path / "odd.urdf", srdf=tmp_path / "odd.srdf").group("end")
+    assert (group.joints, group.links) == (("wrist",), ("tip", "finger"))

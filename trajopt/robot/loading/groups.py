@@ -87,6 +87,7 @@ class _Tree:
             if joint not in self.all_joints:
                 raise JointNotFound(f"joint (in group {shown(element.name)})", joint, self.joints)
             found.joints.add(joint)
+            found.links.update(link for link in self.links if joint_above(self.model, link) == joint)
         self._check_links(element, element.links)
         for link in element.links:
             found.links.add(link)
