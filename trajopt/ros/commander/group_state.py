@@ -226,7 +226,7 @@ class GroupState(GroupBase):
         return joint_names(self._world.robot, self._group)
 
     def get_variable_count(self) -> int:
-        """Return the number of joint values: of the planned joints, and of those that mimic them."""
+        """Return the number of planned and mimic joints."""
         return len(self._names)
 
     def has_end_effector_link(self) -> bool:
@@ -472,10 +472,9 @@ class GroupTargets(GroupBase):
         """Set a joint-space target.
 
         Args:
-            arg1: Positions of the planned joints in order, or with mimic joints as MoveIt has them; joint ->
-                position, a JointState or a RobotState; or the name of a joint; or a Pose or PoseStamped,
-                replaced by its nearest collision-free configuration. Positions of mimic joints are ignored,
-                as in MoveIt [rad | m].
+            arg1: Positions in order, joint -> position, a JointState or a RobotState; or the name of a joint;
+                or a Pose or PoseStamped, replaced by its nearest collision-free configuration. Positions of
+                mimic joints may be omitted, and are ignored [rad | m].
             arg2: For a joint: its position. For a pose: the link, the end effector if None.
             arg3: For a pose: the link, as `arg2`.
 

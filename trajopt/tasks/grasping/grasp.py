@@ -267,9 +267,8 @@ def grasps_of(
 ) -> tuple[Grasp, ...]:
     """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
 
-    Each occurs twice, the second time turned by half a turn; if the fingers would reach past the object, also
-    with their tips short of its far side, as for a flat object on a table. Grasps wider than the gripper are
-    left out.
+    Each occurs twice, the second time turned by half a turn; of flat objects also by the tips of the fingers.
+    Grasps wider than the gripper are left out.
 
     Args:
         force: Of each finger [N]; if None, 30 N, or 1.5 times the object's weight, at most the gripper's.
@@ -307,7 +306,7 @@ def grasps_of(
 
 
 def _short_of_far_side(shape: Shape, grip: Placement, tips: float) -> Iterator[Placement]:
-    """Yield the pads drawn back if the tips would reach past the shape, into what it lies on."""
+    """Yield the pads drawn back if the tips would reach past the shape."""
     near, far = placed_box(shape, grip.inverse())[:, 2].tolist()
     if tips > far:
         back = tips - far + min(LEAST_SPARE, (far - near) / 2.0)
