@@ -76,3 +76,15 @@ def test_messages_give_the_violation_in_the_unit_of_the_requirement() -> None:
     assert unreachable(problem.reduced, (), bent, (far,)).endswith(
         f" m, with {joint} at its limit of {degrees:.4g} deg"
     )
+
+
+def test_a_finger_is_no_reason_to_miss_a_pose() -> None:
+    far = to.frame_placement("panda_hand", to.placement((0.6, 0.5, 0.8)))
+    start = {"panda_finger_joint1": 0.04, "panda_joint4": -0.0698}
+    problem = to.Problem(scene=to.Scene(to.load("panda")), group="panda_arm_hand", start=start, goal=far)
+    words = unreachable(problem.reduced, (), problem.reduced.start_positions, (far,))
+    assert words.endswith("with panda_joint4 at its limit of -3.999 deg")
+    fingers = to.joint_positions({"panda_finger_joint1": 0.02})
+    assert "panda_finger_joint1 at its limit" in unreachable(
+        problem.reduced, (), problem.reduced.start_positions, (far, fingers)
+    )

@@ -21,7 +21,7 @@ from trajopt.problem.requirements import FollowsCurve, FramePlacement, JointPosi
 from trajopt.robot.joints import EXCESS, LimitKind, effort_unit, joint_unit
 from trajopt.scene.clearances import how_near
 from trajopt.scene.reduced import ReducedModel
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Bools, Floats
 from trajopt.values.errors import shown
 from trajopt.values.likely_units import meant_at_depth, meant_in_joint
 from trajopt.values.placement import WORLD
@@ -230,21 +230,30 @@ def unreachable(
     if len(clash) > 1:
         each = " and ".join(str(item) for item in clash)
         return f"no configuration was found that holds {each} together, though any one fewer can be held"
-    missed = missed_at(reduced, goals, nearest) + _at_limits(reduced, nearest)
+    missed = missed_at(reduced, goals, nearest) + _at_limits(reduced, nearest, goals)
     cause = _of_unmoved_frames(reduced, goals) or _of_too_few_joints(reduced, goals)
     return f"the nearest of the configurations tried misses the goal by {missed}{cause}"
 
 
-def _at_limits(reduced: ReducedModel, positions: Floats) -> str:
+def _at_limits(reduced: ReducedModel, positions: Floats, goals: Sequence[Requirement]) -> str:
     limits, found = reduced.limits, list[str]()
-    for joint, at, lower, upper in zip(
-        limits.joint_names, positions, limits.lower, limits.upper, strict=True
+    for joint, at, lower, upper, matters in zip(
+        limits.joint_names, positions, limits.lower, limits.upper, _moving(reduced, goals), strict=True
     ):
         limit = lower if at - lower < upper - at else upper
-        if abs(at - limit) < AT_LIMIT:
+        if matters and abs(at - limit) < AT_LIMIT:
             unit = joint_unit(reduced.scene.robot.model, joint)
             found.append(f"{joint} at its limit of {in_unit(limit, unit)}")
     return f", with {' and '.join(found)}" if found else ""
+
+
+def _moving(reduced: ReducedModel, goals: Sequence[Requirement]) -> Bools:
+    """Return which of the group's joints move a frame of the goals; all if one is not about frames."""
+    if not all(goal.frames for goal in goals):
+        return np.ones(len(reduced.joint_names), dtype=np.bool_)
+    model, carrying = reduced.model, {reduced.anchors[name].joint for goal in goals for name in goal.frames}
+    rows = [model.joints[number].idx_v for joint in carrying for number in list(model.supports[joint])[1:]]
+    return reduced.mimic_matrix[rows].any(axis=0)
 
 
 AT_LIMIT = 1e-4
