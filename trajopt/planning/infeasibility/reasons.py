@@ -253,7 +253,8 @@ def _moving(reduced: ReducedModel, goals: Sequence[Requirement]) -> Bools:
         return np.ones(len(reduced.joint_names), dtype=np.bool_)
     model, carrying = reduced.model, {reduced.anchors[name].joint for goal in goals for name in goal.frames}
     rows = [model.joints[number].idx_v for joint in carrying for number in list(model.supports[joint])[1:]]
-    return reduced.mimic_matrix[rows].any(axis=0)
+    carried: Bools = (reduced.mimic_matrix[rows] != 0.0).any(axis=0)
+    return carried
 
 
 AT_LIMIT = 1e-4
