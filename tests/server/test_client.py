@@ -127,7 +127,9 @@ def test_a_cloud_enters_an_execution(server: Serving) -> None:
 def test_plans_a_moveit_request(server: Serving) -> None:
     joints = [{"joint_name": "joint1", "position": 0.4}, {"joint_name": "joint2", "position": 0.3}]
     with Client(server.url) as client, client.session() as session:
-        assert session.plan_request({"goal_constraints": [{"joint_constraints": joints}]})["verified"]
+        assert session.ask("plan", {"request": {"goal_constraints": [{"joint_constraints": joints}]}})[
+            "verified"
+        ]
 
 
 def test_a_refusal_has_a_reason(server: Serving) -> None:

@@ -321,12 +321,6 @@ class SessionCalls(Generic[Reply]):
         arguments = {"task": dict(task), **options}
         return self.ask("task", arguments, listener=listener, timeout=timeout, name=name)
 
-    def plan_request(
-        self, request: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
-    ) -> Reply:
-        """Plan a `moveit_msgs/MotionPlanRequest`; options as in `plan`."""
-        return self.ask("plan", {"request": dict(request), **options}, listener=listener)
-
     def check(self, problem: Mapping[str, Any], trajectory: Mapping[str, Any]) -> Reply:
         return self.ask("check", {"problem": dict(problem), "trajectory": dict(trajectory)})
 

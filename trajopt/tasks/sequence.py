@@ -420,7 +420,6 @@ class MotionSequence(SavedResult, Generic[Part]):
 
 
 def _within(name: str, node: StageNode) -> bool:
-    """Return whether a stage of that name is the node or one of its steps."""
     return f"{name}: ".startswith(f"{node.name}: ")
 
 

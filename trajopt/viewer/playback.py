@@ -69,10 +69,6 @@ class Playback:
         self._player = threading.Thread(target=self._play, name="trajopt viewer", daemon=True)
         self._player.start()
 
-    @property
-    def playing(self) -> bool:
-        return self._playing.is_set()
-
     def show(self, t: float) -> None:
         with self.lock:
             self.refresh(t)

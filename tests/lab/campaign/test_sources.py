@@ -163,3 +163,7 @@ def test_grids_without_anything_are_refused(task: to.Problem) -> None:
         base_placements([task], x=(), y=(0.0,))
     with pytest.raises(ProblemError, match="tasks is empty"):
         base_placements([], x=(0.0,), y=(0.0,))
+
+
+def test_a_source_is_printed_under_its_own_name() -> None:
+    assert repr(installed("planar_fold", 1)) == "ProblemSource(name='planar_fold', count=1)"

@@ -46,10 +46,7 @@ class ProblemSource:
 
     name: str
     count: int
-    pose: Callable[[Packer], Iterator[Posed]]
-
-    def __repr__(self) -> str:
-        return f"ProblemProblemSource({shown(self.name)}, {self.count})"
+    pose: Callable[[Packer], Iterator[Posed]] = field(repr=False)
 
 
 @checked

@@ -70,7 +70,6 @@ class Plain:
 
     @property
     def equalities(self) -> Equalities:
-        """Equalities between the variables."""
         return Equalities(ca.MX(0, 1), np.empty(0, dtype=np.int64))
 
     def differences(self, order: int) -> ca.MX:

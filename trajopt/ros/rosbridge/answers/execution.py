@@ -25,7 +25,6 @@ STATES = ("MONITOR", "IDLE")
 
 
 def check_tolerances(goal: msg.FollowJointTrajectoryGoal) -> None:
-    """Check the path and goal tolerances of a goal."""
     if goal.component_path_tolerance or goal.component_goal_tolerance:
         raise ProblemError("tolerances of joints of several degrees of freedom are not supported")
     for each in (*goal.path_tolerance, *goal.goal_tolerance):
