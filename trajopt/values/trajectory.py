@@ -376,6 +376,6 @@ def state_of(trajectory: Trajectory, t: float) -> Floats:
 @cache
 def _taylor(count: int) -> tuple[Floats, Floats]:
     """Return factors and powers of the time in value, slope and second derivative, (3, count) each."""
-    powers = np.arange(count - 1.0, -1.0, -1.0)
-    factors = np.array((np.ones(count), powers, powers * (powers - 1.0)))
+    powers = np.arange(count, dtype=np.float64)[::-1]
+    factors: Floats = np.array((np.ones(count), powers, powers * (powers - 1.0)))
     return readonly(factors), readonly(np.maximum(powers - np.arange(3.0)[:, None], 0.0))
