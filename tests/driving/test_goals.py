@@ -77,6 +77,16 @@ def holds(problem: to.Problem, positions: Floats, goal: to.Requirement) -> bool:
     return all(check.holds for check in Judge(problem.reduced).check(positions[columns], [goal]))
 
 
+def test_no_margins_are_measured_before_a_motion_without_waypoints_begins(
+    problem: to.Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arm, supervisor = supervised(problem)
+    monkeypatch.setattr(Judge, "certify", lambda *_: pytest.fail("a certificate was measured"))
+    supervisor.go(problem)
+    drive(arm, supervisor)
+    assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
+
+
 def test_next_goal_is_planned_during_the_motion_and_begun_without_a_pause(
     problem: to.Problem,
 ) -> None:
