@@ -1,5 +1,7 @@
 """plan(): every outcome, on small robots."""
 
+import subprocess
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -267,3 +269,14 @@ def test_the_outcome_of_each_seed_is_reported(pillar: to.Scene) -> None:
     assert result.attempts[-1].status is Status.SOLVED and result.attempts[-1].solver is not None
     assert sum(item.iterations for item in result.attempts) == result.counts["qp_solves"]
     assert to.plan(problem(pillar, start={**START, "pan": 0.0})).attempts == ()
+
+
+def test_the_planner_is_loaded_before_the_first_plan() -> None:
+    code = """
+import sys
+import trajopt as to
+assert "trajopt.planning.plan" not in sys.modules
+to.Problem
+assert "trajopt.planning.plan" in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)

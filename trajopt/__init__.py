@@ -131,6 +131,8 @@ def _imported(name: str) -> object:
         found = [*_MODULES, *_HOME, *_import_module(_REQUIREMENTS).__all__]
     elif name in _HOME:
         found = getattr(_import_module(_HOME[name]), name)
+        if name == "Problem":  # whoever states a problem plans it: the planner loads now, not within the plan
+            _import_module(_HOME["plan"])
     elif name in _MODULES:
         found = _import_module(_MODULES[name])
     elif (new := _new_name(f"trajopt.{name}")) is not None:
