@@ -38,6 +38,14 @@ def test_a_client_plans_with_feedback(server: Serving) -> None:
         assert fork.read()["objects"] == {}
 
 
+def test_an_unknown_parameter_of_the_address_is_refused(server: Serving) -> None:
+    with Client(server.url) as client, client.session("planar2") as session:
+        address = f"{server.url}/sessions/{session.id}/plan"
+        assert httpx.post(address, json={"problem": REACH}, params={"timeout": 20}).json()["verified"]
+        refused = httpx.post(address, json={"problem": REACH}, params={"timout": 20})
+        assert refused.status_code == 400 and "'timout'" in refused.json()["error"]["reason"]
+
+
 def test_a_task_is_planned_and_its_result_read_here(server: Serving) -> None:
     job = {
         "stages": [{"move_to": {"joint1": 0.4, "joint2": 0.3}, "name": "there"}, {"dwell": 0.1}],

@@ -303,6 +303,8 @@ class Face:
         attachment = b""
         if self._service.operations[operation].attached:
             arguments, attachment = in_address(request), arguments
+        elif unknown := sorted({*request.query_params} - {TIMEOUT}):
+            raise RequestRefused(Why.MALFORMED, f"the address has {shown(unknown[0])}; it may have {TIMEOUT}")
         name = request.headers.get("x-request-name", "")[:LONGEST_NAME]
         cancellation = Cancellation()
         key = (session, name)
