@@ -15,7 +15,7 @@ from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.values.arrays import Floats, Value, direction_of, floats, number, one_of, positive, readonly
 from trajopt.values.errors import ModelError, ShapeError, shown
-from trajopt.values.errors.arguments import checked, checked_class
+from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
 from trajopt.values.shapes.shapes import Box, Cylinder, Shape, Sphere, placed_box
 
@@ -87,7 +87,6 @@ class Grasp:
             )
 
 
-@checked_class
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Place(Value):
     """A target placement of an object.
@@ -119,6 +118,7 @@ class Place(Value):
         asked = self.requirement(WORLD, degrees=degrees)
         object.__setattr__(self, "rotation_tolerance", asked.rotation_tolerance)
 
+    @checked
     def requirement(self, name: str, *, degrees: bool = False) -> FramePlacement:
         """Return the requirement on the object of that name."""
         return frame_placement(
@@ -130,6 +130,7 @@ class Place(Value):
             degrees=degrees,
         )
 
+    @checked
     def error(self, placed: Placement, frame: Placement) -> Floats:
         """Return the error of an object placed in the world: position [m], rotation vector [rad], (6,).
 
