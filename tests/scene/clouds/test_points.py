@@ -186,3 +186,11 @@ def test_saved_in_a_bundle(tmp_path: Path) -> None:
     assert np.array_equal(seen.points, [(3.0, 0.0, 0.0)])
     assert isinstance(cells, to.Voxels)
     assert np.array_equal(cells.keys, [(40, 0, 0)])
+
+
+def test_takes_whatever_converts_to_an_array() -> None:
+    class Tensor:
+        def __array__(self, dtype: object = None, copy: bool | None = None) -> np.ndarray:
+            return np.zeros((2, 3))
+
+    assert len(to.Points(Tensor(), 0.01)) == 2  # pyright: ignore[reportArgumentType]

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike
 
 from trajopt.values.arrays import LARGEST_SIZE, Bools, Floats, Ints, Value, length, readonly
 from trajopt.values.errors import ShapeError, SizeError, shown
-from trajopt.values.errors.arguments import checked, checked_class
+from trajopt.values.errors.arguments import checked
 
 
-@checked_class
 @dataclass(frozen=True, eq=False)
 class Points(Value):
     """A cloud of measured points, each the centre of a ball: exactly the union of these balls is solid.
@@ -45,6 +44,7 @@ class Points(Value):
         return len(self.points)
 
     @staticmethod
+    @checked
     def from_file(path: Path | str, *, radius: float) -> "Points":
         """Read a cloud from a file.
 
@@ -63,6 +63,7 @@ class Points(Value):
 
         return Points(read_points(path), radius)
 
+    @checked
     def thinned(self, cell: float) -> "Points":
         """Return fewer points with larger balls that contain every ball of this cloud.
 
