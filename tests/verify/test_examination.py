@@ -9,7 +9,7 @@ from tests.verify.arms import planar_arm, reduced
 from trajopt.robot.bodies import MeshPolicy
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
-from trajopt.values.errors import ShapeError
+from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.values.placement import placement
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Sphere, convex
@@ -69,3 +69,8 @@ def test_a_robot_alone(tmp_path: Path) -> None:
     found = examine(reduced(Scene(planar_arm(tmp_path)), [0.0, 0.0]), np.zeros(2))
     assert found.clear
     assert found.smallest is None
+
+
+def test_a_list_is_no_reduced_model() -> None:
+    with pytest.raises(ProblemError, match=r"reduced \(as problem\.reduced\) must be"):
+        Judge([])  # pyright: ignore[reportArgumentType]

@@ -17,7 +17,7 @@ from trajopt.robot.joints import JointLimits, joint_unit
 from trajopt.scene.reduced import ReducedModel, payloads
 from trajopt.values.arrays import Floats, floats, one_of
 from trajopt.values.errors import shown
-from trajopt.values.errors.arguments import checked, checked_class
+from trajopt.values.errors.arguments import checked
 from trajopt.values.printed import in_unit
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate, Check, CheckKind, Counts
@@ -47,7 +47,6 @@ class _Judged:
     criteria: tuple[Criterion, ...]
 
 
-@checked_class
 class Judge:
     """Workspace that judges motions of one reduced model; one per thread."""
 
@@ -62,6 +61,7 @@ class Judge:
         self._kinematics = Kinematics(reduced)
         self._surroundings = Surroundings(self._kinematics, options)
 
+    @checked
     def certify(self, trajectory: Trajectory, specification: Specification) -> Certificate:
         """Judge a trajectory of the group's joints, and measure its margins; raises as `verify`."""
         before, judged = self._calls, self._criteria(trajectory, specification)
@@ -119,6 +119,7 @@ class Judge:
             ),
         )
 
+    @checked
     def examine(self, positions: Floats, *, moment: Moment = Moment.BETWEEN) -> Examination:
         """Examine a configuration; see the function `examine`."""
         return examine_with(
@@ -129,6 +130,7 @@ class Judge:
             options=self.options,
         )
 
+    @checked
     def overloads(self, positions: Floats, *, limits: JointLimits | None = None) -> tuple[Overload, ...]:
         """Return the joints that cannot hold the arm and its attached objects, the worst first.
 
