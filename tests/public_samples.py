@@ -298,6 +298,7 @@ def pool() -> tuple[Any, ...]:
         lambda *_: np.zeros(2),
         {},
         (),
+        np.zeros(0),
         None,
     )
 

@@ -5,7 +5,7 @@ from typing import cast
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from trajopt.problem.requirements import (
     FramePlacement,
@@ -102,7 +102,7 @@ def _required(
 
 
 def _is_one(item: object) -> bool:
-    matrix = cast("NDArray[np.float64]", item).shape == (4, 4) if isinstance(item, np.ndarray) else False
+    matrix = hasattr(item, "__array__") and _is_matrix(item)
     return matrix or isinstance(item, Requirement | str | Mapping | Placement | pin.SE3 | HasFinalState)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.robot.joints import joint_unit
 from trajopt.robot.robot import Robot
-from trajopt.values.arrays import Floats, floats, one_of
+from trajopt.values.arrays import Floats, floats, is_array_like, one_of
 from trajopt.values.errors import ProblemError, ShapeError, listed, shown
 
 
@@ -53,7 +53,7 @@ def stated_configuration(
         positions = _in_state(robot, group, given)
     elif isinstance(given, Mapping):
         positions = robot.positions(given, degrees=in_degrees)
-    elif isinstance(given, list | tuple | np.ndarray):
+    elif is_array_like(given):
         joints, numbers = _of_joints(robot, name, cast("ArrayLike", given), group)
         turns = np.array([joint_unit(robot.model, joint) == "rad" for joint in joints], dtype=bool)
         numbers = np.where(turns & in_degrees, np.deg2rad(numbers), numbers)

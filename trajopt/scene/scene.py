@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence, Sized
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import inf
@@ -39,7 +39,17 @@ from trajopt.scene.scene_object import (
     replaced_cloud,
 )
 from trajopt.scene.track import ALWAYS, TOLERANCE, Prediction, Timing, Track, timing_of
-from trajopt.values.arrays import Floats, Value, floats, name_of, number, one_of, several, unless_none
+from trajopt.values.arrays import (
+    Floats,
+    Value,
+    floats,
+    is_array_like,
+    name_of,
+    number,
+    one_of,
+    several,
+    unless_none,
+)
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import (
     DuplicateObject,
@@ -740,9 +750,9 @@ class Scene(Value):
     def _configuration(self, name: str, given: ConfigurationLike) -> Floats:
         # Positions of all joints are taken as they are: a recorded mimic joint was where it was.
         joints = len(self.robot.joint_names)
-        if isinstance(given, list | tuple | np.ndarray) and len(cast("Sized", given)) == joints:
-            return floats(name, cast("ArrayLike", given), (joints,))
-        return stated_configuration(self.robot, name, cast("ConfigurationLike", given))
+        if is_array_like(given) and len(at := floats(name, cast("ArrayLike", given), (None,))) == joints:
+            return at
+        return stated_configuration(self.robot, name, given)
 
     def _placement_at(self, name: str, positions: Floats) -> Placement:
         holder = self.holder(name)

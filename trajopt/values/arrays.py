@@ -13,8 +13,7 @@ from typing import Any, Self, TypeAlias, TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trajopt.values.errors import ModelError, ProblemError, ShapeError, SizeError, shown
-from trajopt.values.errors.arguments import kind_words
+from trajopt.values.errors import ModelError, ProblemError, ShapeError, SizeError, kind_words, shown
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -35,6 +34,22 @@ def readonly(array: Floats) -> Floats:
     return array
 
 
+def is_array_like(value: object) -> bool:
+    """Return whether a value is a list, a tuple, an array or a tensor."""
+    return isinstance(value, list | tuple) or hasattr(value, "__array__")
+
+
+def numbers(name: str, value: ArrayLike, required: str = "must be numbers") -> Floats:
+    """Copy numbers into an array of their own shape."""
+    try:
+        given = np.asarray(value)
+        if given.dtype.kind not in NUMBERS or (given.dtype == object and any(map(_no_number, given.flat))):
+            raise TypeError("no numbers")
+        return np.array(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError, RuntimeError) as error:
+        raise ShapeError(name, f"{required}, is {shown(value)}{_particulars(value, error)}") from error
+
+
 def floats(
     name: str,
     value: ArrayLike,
@@ -48,14 +63,7 @@ def floats(
         shape: Required shape; None matches any length.
         infinite: Whether infinities are allowed (NaN never is).
     """
-    what = "must be a number" if not tuple(shape) else "must be numbers"
-    try:
-        given = np.asarray(value)
-        if given.dtype.kind not in NUMBERS or (given.dtype == object and any(map(_no_number, given.flat))):
-            raise TypeError("no numbers")
-        array = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError, RuntimeError) as error:
-        raise ShapeError(name, f"{what}, is {shown(value)}{_particulars(value, error)}") from error
+    array = numbers(name, value, "must be numbers" if tuple(shape) else "must be a number")
     expected = tuple(shape)
     if array.ndim != len(expected) or (
         array.shape != expected

@@ -372,3 +372,11 @@ def unknown_attribute(owner: object, name: str, other_names: Mapping[str, str]) 
     words = f"{type(owner).__name__!r} object has no attribute {name!r}"
     hint = other_names.get(name)
     return AttributeError(f"{words}: use {hint}" if hint else words, name=name, obj=owner)
+
+
+def kind_words(kind: type[object]) -> str:
+    if kind is str:
+        return "a name"
+    module = "" if kind.__module__.startswith(("trajopt", "builtins")) else kind.__module__
+    name = ".".join(part for part in (*module.split("."), kind.__name__) if part and part[0] != "_")
+    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"

@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import Any, TypeVar, Union, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trajopt.values.errors import ProblemError, ShapeError, UnknownArgument, listed, shown
+from trajopt.values.arrays import Floats, is_array_like, numbers
+from trajopt.values.errors import ProblemError, ShapeError, UnknownArgument, kind_words, listed, shown
 
 Target = TypeVar("Target", bound=Callable[..., Any])
 Kind = TypeVar("Kind", bound=type)
@@ -33,7 +35,7 @@ SEVERAL = (list, tuple, set, frozenset)
 def checked(target: Target) -> Target:
     """Make a function, or the constructor of a class, refuse arguments that do not match their annotations.
 
-    Shapes, ranges and array-likes are not checked here.
+    Lists and tensors given for an array become arrays. Shapes and ranges are not checked here.
 
     Raises:
         ProblemError: By the function, if an argument is of another kind.
@@ -51,14 +53,14 @@ def checked(target: Target) -> Target:
     def call(*args: Any, **kwargs: Any) -> Any:
         if kwargs and known is not None and not kwargs.keys() <= known:
             raise _unknown(target, kwargs, known)
-        for name, value in zip(names, args, strict=False):
+        for place, (name, value) in enumerate(zip(names, args, strict=False)):
             test, hint = kinds[name]
             if not test(value):
-                raise _refusal(name, hint, value)
+                args = (*args[:place], _array(name, hint, value), *args[place + 1 :])
         for name, value in kwargs.items():
             test, hint = kinds[name]
             if not test(value):
-                raise _refusal(name, hint, value)
+                kwargs[name] = _array(name, hint, value)
         return target(*args, **kwargs)
 
     return cast("Target", call)
@@ -119,7 +121,7 @@ def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> N
     for name, value in given.items():
         test, hint = kinds[name]
         if not test(value):
-            raise _refusal(name, hint, value)
+            _array(name, hint, value)
 
 
 def _anything(value: object) -> bool:
@@ -193,7 +195,7 @@ def _test_of_one(hint: Any) -> Test:
     if kind is type(None):
         return lambda value: value is None
     if kind is np.ndarray:
-        return lambda value: isinstance(value, np.ndarray | list | tuple)
+        return lambda value: isinstance(value, np.ndarray)
     if kind in (Callable, typing.get_origin(Callable[..., Any])):
         return callable
     if inner and _within(kind, Mapping):
@@ -238,6 +240,15 @@ def _members(protocol: type[object]) -> frozenset[str]:
     own = (kind for kind in protocol.__mro__ if getattr(kind, "_is_protocol", False))
     names = {name for kind in own for name in (*vars(kind), *vars(kind).get("__annotations__", ()))}
     return frozenset(name for name in names if not name.startswith("_") or name == "__call__")
+
+
+def _array(name: str, hint: Any, value: Any) -> NDArray[Any]:
+    """Return the array that a value of another kind than the annotation's stands for."""
+    parts = _parts(hint)
+    arrays = any(typing.get_origin(part) is np.ndarray for part in parts)
+    if not arrays or not is_array_like(value):
+        raise _refusal(name, hint, value)
+    return numbers(name, value) if Floats in parts else np.asarray(value)
 
 
 def _refusal(name: str, hint: Any, value: Any) -> ProblemError | ShapeError:
@@ -304,11 +315,3 @@ def _words_of_one(hint: Any) -> str:
     if kind is Path:
         return "the path of a file"
     return kind_words(kind)
-
-
-def kind_words(kind: type[object]) -> str:
-    if kind is str:
-        return "a name"
-    module = "" if kind.__module__.startswith(("trajopt", "builtins")) else kind.__module__
-    name = ".".join(part for part in (*module.split("."), kind.__name__) if part and part[0] != "_")
-    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
