@@ -150,6 +150,25 @@ def test_quaternions_and_matrices() -> None:
     assert turn.translation_from_matrix(matrix).tolist() == [1, 2, 3]
 
 
+def test_products_of_matrices() -> None:
+    turn = tf.transformations
+    first, second = turn.translation_matrix((1, 2, 3)), turn.euler_matrix(0.1, 0.2, 0.3)
+    both = turn.concatenate_matrices(first, second)
+    assert np.allclose(both, first @ second)
+    assert np.allclose(turn.concatenate_matrices(both, turn.inverse_matrix(both)), turn.identity_matrix())
+    about = turn.rotation_matrix(np.pi / 2, (0, 0, 2), (1, 0, 0))
+    assert np.allclose(about @ (2, 0, 0, 1), (1, 1, 0, 1))
+    assert np.allclose(turn.rotation_matrix(0.5, (1, 0, 0)), turn.euler_matrix(0.5, 0, 0))
+    assert turn.unit_vector((0, 3, 4)) == pytest.approx((0, 0.6, 0.8))
+
+
+def test_turns_between_quaternions() -> None:
+    turn = tf.transformations
+    first, second = turn.quaternion_from_euler(0, 0, 0.2), turn.quaternion_from_euler(0, 0, 0.6)
+    assert turn.quaternion_slerp(first, -second, 0.25) == pytest.approx(turn.quaternion_from_euler(0, 0, 0.3))
+    assert np.allclose(turn.quaternion_conjugate(first), turn.quaternion_inverse(first))
+
+
 def test_moments_and_spans(monkeypatch: pytest.MonkeyPatch) -> None:
     moment, span = rospy.Time(10.5), rospy.Duration(0.75)
     assert moment + span == rospy.Time(11, 250_000_000)

@@ -93,13 +93,26 @@ def test_a_blocked_line_names_its_obstacle(arm: MoveGroupCommander, jumping: Wor
     assert arm.compute_cartesian_path(line(arm, 0.35), 0.01, avoid_collisions=False)[1] == 1.0
 
 
+def test_a_path_to_the_present_pose_is_a_rest(arm: MoveGroupCommander, jumping: World) -> None:
+    trajectory, fraction = arm.compute_cartesian_path(line(arm, 0.0), 0.01)
+    assert fraction == 1.0
+    assert arm.get_last_followed().verified
+    assert arm.execute(trajectory)
+    where = arm.get_current_pose().pose.position
+    PlanningSceneInterface(world=jumping).add_sphere(
+        "ball", stamped(placement((where.x, where.y, where.z)), "base"), 0.1
+    )
+    trajectory, fraction = arm.compute_cartesian_path(line(arm, 0.0), 0.01)
+    assert (fraction, trajectory.joint_trajectory.points) == (0.0, [])
+    assert "ball" in arm.get_last_followed().reason
+
+
 @pytest.mark.parametrize(
     ("misuse", "said"),
     [
         (lambda arm: arm.compute_cartesian_path(line(arm, 0.1), 0.01, "no"), "is True or False, not 'no'"),
         (lambda arm: arm.compute_cartesian_path(line(arm, 0.1), 0.0), "eef_step must be positive"),
-        (lambda arm: arm.compute_cartesian_path(line(arm, 0.0), 0.01), "no waypoint is elsewhere"),
-        (lambda arm: arm.compute_cartesian_path([], 0.01), "no waypoint is elsewhere"),
+        (lambda arm: arm.compute_cartesian_path([], 0.01), "give at least one waypoint"),
         (lambda arm: arm.compute_cartesian_path([[1, 2]], 0.01), "a pose is"),
         (lambda arm: arm.pick("cup"), "names no <end_effector>"),
     ],

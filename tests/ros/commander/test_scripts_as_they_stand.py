@@ -63,8 +63,13 @@ def written(folder: Path, text: str) -> Path:
             r"line 3: rospy.Subscriber has no stand-in: ",
         ),
         ("import rospy\nrospy.Publihser", r"line 2: rospy.Publihser .*did you mean 'Publisher'"),
+        (
+            "from tf.transformations import quaternion_of_euler",
+            "line 1: tf.transformations.quaternion_of_euler has no stand-in; "
+            "did you mean 'quaternion_from_euler'",
+        ),
         ("import tf\ntf.TransformListener()", r"line 2: tf.TransformListener has no stand-in: frames"),
-        ("import std_msgs.msg\nstd_msgs.msg.Sting", r"std_msgs.msg.Sting .*did you mean 'String'.*there are"),
+        ("import std_msgs.msg\nstd_msgs.msg.Sting", r"std_msgs.msg.Sting .*did you mean 'String'"),
         (
             "import actionlib",
             r"line 1: No module named 'actionlib'; stand-ins exist for moveit_commander",

@@ -157,7 +157,7 @@ class GroupBase:
         self._known_constraints: Mapping[str, msg.Constraints] = {}
         self._remembered: dict[str, list[float]] = {}
         self._result: Result | None = None
-        self._followed: Followed | None = None
+        self._followed: Followed | Result | None = None
         self._pick_place: PickPlaceResult | None = None
 
     @property

@@ -43,7 +43,14 @@ from trajopt.ros.commander.world import World
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.server.move_group.functions import PIPELINE, followed_through, picked, put_down, solved
+from trajopt.server.move_group.functions import (
+    PIPELINE,
+    followed_through,
+    fraction_of,
+    picked,
+    put_down,
+    solved,
+)
 from trajopt.server.move_group.outcome import (
     Execution,
     ExecutionOutcome,
@@ -105,8 +112,8 @@ class GroupMotions(GroupBase):
             path_constraints: Further constraints (Constraints); a violation ends the motion.
 
         Returns:
-            The motion, and the followed fraction of the path; `get_last_followed` contains the reason if the
-            path is incomplete.
+            The motion, and the followed fraction of the path: 1.0 and a rest if all waypoints are the current
+            pose. `get_last_followed` contains the reason if the path is incomplete.
         """
         if not isinstance(avoid_collisions, bool):
             raise MoveItCommanderException(
@@ -135,9 +142,10 @@ class GroupMotions(GroupBase):
         _LOG.info("compute_cartesian_path: %s", followed.reason)
         if not followed.verified:
             return RobotTrajectory(), 0.0
-        return trajectory_message(followed.trajectory, self._planning_frame), followed.fraction
+        return trajectory_message(followed.trajectory, self._planning_frame), fraction_of(followed)
 
-    def get_last_followed(self) -> Followed | None:
+    def get_last_followed(self) -> Followed | Result | None:
+        """Return the last Cartesian path; a plan of a rest if all waypoints were the present pose."""
         return self._followed
 
     def pick(self, object_name: str, grasp: Any = (), plan_only: bool = False) -> int:

@@ -3,6 +3,7 @@
 import builtins
 import io
 import logging
+import re
 import runpy
 import sys
 import traceback
@@ -168,7 +169,8 @@ class StandIn(ModuleType):
         super().__init__(name, source.__doc__)
         self.__path__ = []
         for key, value in vars(source).items():
-            foreign = isinstance(value, ModuleType) and not value.__name__.startswith(HERE)
+            home = HERE if isinstance(value, ModuleType) else "trajopt"
+            foreign = not getattr(value, "__module__", getattr(value, "__name__", home)).startswith(home)
             if not key.startswith("_") and not foreign:
                 setattr(self, key, value)
 
@@ -184,11 +186,8 @@ def missing(module: ModuleType, name: str) -> str:
         return f"{whole} has no stand-in: {REASONS[whole]}"
     there = sorted(key for key in vars(module) if not key.startswith("_"))
     near = get_close_matches(name, there, n=1)
-    return (
-        f"{whole} has no stand-in"
-        + (f" (did you mean {shown(near[0])}?)" if near else "")
-        + (f"; there are: {', '.join(there)}")
-    )
+    hint = f"did you mean {shown(near[0])}?" if near else f"there are: {', '.join(there)}"
+    return f"{whole} has no stand-in; {hint}"
 
 
 def stand_ins() -> dict[str, ModuleType]:
@@ -280,8 +279,8 @@ def _line(error: BaseException, path: Path) -> str:
 
 def _not_imported(error: ImportError) -> str:
     module = sys.modules.get(error.name or "")
-    name: str | None = getattr(error, "name_from", None)  # Python 3.12 and later.
+    name = re.match("cannot import name '(.+)' from", str(error))  # `name_from` since Python 3.12 only.
     if isinstance(module, StandIn) and name is not None:
-        return missing(module, name)
+        return missing(module, name[1])
     told = str(error).removesuffix(" (unknown location)")
     return f"{told}; stand-ins exist for {', '.join(PACKAGES)}"

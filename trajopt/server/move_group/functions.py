@@ -15,7 +15,7 @@ from trajopt.planning.judgement import decide
 from trajopt.planning.plan import NO_BOUNDS, plan
 from trajopt.planning.result import Result, Status
 from trajopt.problem.problem import Problem
-from trajopt.problem.requirements import POSITION_TOLERANCE, ROTATION_TOLERANCE, Requirement
+from trajopt.problem.requirements import POSITION_TOLERANCE, ROTATION_TOLERANCE, Requirement, joint_positions
 from trajopt.problem.requirements.joints import JOINT_TOLERANCE
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.scene.scene import Scene
@@ -147,14 +147,23 @@ def followed_through(
     constraints: Sequence[Requirement] = (),
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
-) -> Followed:
-    """Follow straight lines from a link's present pose through poses in the world, as far as possible."""
+) -> Followed | Result:
+    """Follow straight lines from a link's present pose through poses in the world, as far as possible.
+
+    Returns:
+        The followed part, or the plan of a rest if all poses are the present one.
+    """
+    if not poses:
+        raise MoveItCommanderException("compute_cartesian_path: give at least one waypoint")
     stops = [scene.placement_of(link, start)]
     for pose in poses:
         if np.abs(pose.homogeneous - stops[-1].homogeneous).max() > SAME:
             stops.append(pose)
     if len(stops) == 1:
-        raise MoveItCommanderException("compute_cartesian_path: no waypoint is elsewhere than the link")
+        present = dict(zip(scene.robot.joint_names, start.tolist(), strict=True))
+        rest = joint_positions({joint: present[joint] for joint in scene.robot.group(group).joints})
+        problem = Problem(scene=scene, group=group, start=start, goal=rest, constraints=constraints)
+        return plan(problem, budget=budget, cancel=cancel)
     options = FollowOptions(
         velocity_scaling=settings.velocity_scaling,
         acceleration_scaling=settings.acceleration_scaling,
@@ -229,6 +238,11 @@ def put_down(
         budget=budget,
         cancel=cancel,
     )
+
+
+def fraction_of(followed: Followed | Result) -> float:
+    """Return the followed share of a path of lines; a path without length is followed by a rest."""
+    return followed.fraction if isinstance(followed, Followed) else float(followed.verified)
 
 
 def _options(settings: Settings) -> GraspingOptions:

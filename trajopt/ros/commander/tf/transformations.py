@@ -1,6 +1,7 @@
 """Stand-in for `tf.transformations`: quaternions (x, y, z, w), Euler angles and 4x4 matrices."""
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -38,10 +39,20 @@ def quaternion_inverse(quaternion: Sequence[float]) -> Floats:
     return Rotation.from_quat(list(quaternion)).inv().as_quat()
 
 
+def quaternion_conjugate(quaternion: Sequence[float]) -> Floats:
+    return np.array(quaternion, dtype=np.float64) * (-1.0, -1.0, -1.0, 1.0)
+
+
+def quaternion_slerp(quat0: Sequence[float], quat1: Sequence[float], fraction: float) -> Floats:
+    """Return the quaternion at a fraction of the shorter turn from one to another."""
+    first = Rotation.from_quat(list(quat0))
+    turn: Any = first.inv() * Rotation.from_quat(list(quat1))
+    return (first * Rotation.from_rotvec(fraction * turn.as_rotvec())).as_quat()
+
+
 def quaternion_about_axis(angle: float, axis: Sequence[float]) -> Floats:
     """Return the quaternion of a turn [rad] about an axis of any length but zero."""
-    along = np.array(axis, dtype=np.float64)
-    return Rotation.from_rotvec(angle * along / np.linalg.norm(along)).as_quat()
+    return Rotation.from_rotvec(angle * unit_vector(axis)).as_quat()
 
 
 def quaternion_matrix(quaternion: Sequence[float]) -> Floats:
@@ -70,3 +81,27 @@ def translation_matrix(direction: Sequence[float]) -> Floats:
 
 def translation_from_matrix(matrix: Floats) -> Floats:
     return np.array(matrix, dtype=np.float64)[:3, 3]
+
+
+def identity_matrix() -> Floats:
+    return np.eye(4)
+
+
+def inverse_matrix(matrix: Floats) -> Floats:
+    return np.linalg.inv(np.array(matrix, dtype=np.float64))
+
+
+def concatenate_matrices(*matrices: Floats) -> Floats:
+    """Return the product of matrices, the last applied first."""
+    return reduce(np.dot, matrices, np.eye(4))
+
+
+def rotation_matrix(angle: float, direction: Sequence[float], point: Sequence[float] | None = None) -> Floats:
+    """Return the matrix of a turn [rad] about an axis through a point, by default the origin."""
+    turn, centre = quaternion_matrix(quaternion_about_axis(angle, direction).tolist()), point or (0.0,) * 3
+    return translation_matrix(centre) @ turn @ inverse_matrix(translation_matrix(centre))
+
+
+def unit_vector(data: Sequence[float]) -> Floats:
+    vector = np.array(data, dtype=np.float64)
+    return vector / np.linalg.norm(vector)

@@ -24,7 +24,13 @@ from trajopt.ros.rosbridge.answers.service_call import (
     success,
     with_notes,
 )
-from trajopt.server.move_group.functions import Settings, attempted, cost_of, followed_through
+from trajopt.server.move_group.functions import (
+    Settings,
+    attempted,
+    cost_of,
+    followed_through,
+    fraction_of,
+)
 from trajopt.server.move_group.outcome import CODES
 from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.values.documents.document import Node
@@ -142,5 +148,5 @@ def _followed(
     response.error_code = with_notes(success(followed.reason), reading.notes)
     if followed.verified:
         response.solution = trajectory_message(followed.trajectory, robot.links[0])
-        response.fraction = followed.fraction
+        response.fraction = fraction_of(followed)
     return response
