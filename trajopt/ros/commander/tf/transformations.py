@@ -88,7 +88,7 @@ def identity_matrix() -> Floats:
 
 
 def inverse_matrix(matrix: Floats) -> Floats:
-    return np.linalg.inv(np.array(matrix, dtype=np.float64))
+    return np.array(np.linalg.inv(np.array(matrix)), dtype=np.float64)
 
 
 def concatenate_matrices(*matrices: Floats) -> Floats:
