@@ -6,8 +6,8 @@ from tests.oracles.judge_geometry import CoalPairs, Solid, gaps, inside
 from tests.oracles.largest_gap import largest_gap
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Bools, Floats, Ints
-from trajopt.values.shapes.closed_surface import part_points
 from trajopt.values.shapes.shapes import Mesh, Plane, bounding_sphere
+from trajopt.values.shapes.surfaces import part_points
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.pair_distances import DOUBTFUL, PairDistances
 from trajopt.verify.kernel.shapes import hull_of

@@ -15,9 +15,9 @@ import pinocchio as pin
 
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.closed_surface import closed_surface
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape
+from trajopt.values.shapes.surfaces import closed_surface
 from trajopt.verify.checks.distances import support
 from trajopt.verify.kernel.kinematics import Poses
 from trajopt.verify.kernel.shapes import coal_geometry

@@ -14,9 +14,9 @@ from trajopt.geometry.geometry import PLANE_EXTENT, BoundingBoxes, closed_triang
 from trajopt.geometry.query import EPA_TOLERANCES, GJK_TOLERANCE
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
-from trajopt.values.shapes.closed_surface import part_points
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Shape
+from trajopt.values.shapes.surfaces import part_points
 
 
 class PlainQuery(Query):

@@ -18,9 +18,9 @@ from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ModelError
 from trajopt.values.placement import Placement, placement
-from trajopt.values.shapes.closed_surface import part_points
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
+from trajopt.values.shapes.surfaces import part_points
 from trajopt.verify.checks.distances import support
 from trajopt.verify.kernel.kinematics import Kinematics
 

@@ -16,9 +16,9 @@ from trajopt.robot.bodies import MeshPolicy
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Bools, Floats
 from trajopt.values.placement import placement
-from trajopt.values.shapes.closed_surface import closed_surface
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Box, Shape, Sphere, convex
+from trajopt.values.shapes.surfaces import closed_surface
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Judge, Specification
 

@@ -14,9 +14,9 @@ from trajopt.values.cached import cached_per_value
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.printed import in_length
 from trajopt.values.shapes import shapes
-from trajopt.values.shapes.closed_surface import closed_surface
 from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.mesh import Mesh
+from trajopt.values.shapes.surfaces import closed_surface
 
 PLANE_EXTENT = 1e3
 """Half the edge of the box that models a half-space [m]."""

@@ -13,9 +13,9 @@ from trajopt.native import proximity
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.cached import cached_per_value
-from trajopt.values.shapes.closed_surface import part_points
 from trajopt.values.shapes.clouds import Points, Voxels, centres_of
 from trajopt.values.shapes.shapes import Shape
+from trajopt.values.shapes.surfaces import part_points
 
 GJK_TOLERANCE = 1e-9
 """Coal's default of 1e-6 costs the same time and makes normals wrong by up to 1e-3."""

@@ -18,9 +18,9 @@ from trajopt.values.cached import Arrays, cached_arrays
 from trajopt.values.errors import ShapeError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.closed_surface import closed_surface
 from trajopt.values.shapes.mesh import ALONE, Mesh, load_mesh
 from trajopt.values.shapes.shapes import Convex, Shape, convex, scaled
+from trajopt.values.shapes.surfaces import closed_surface
 
 _VERSION = 4  # of what is kept: part of the key of the cache
 _KEPT = ("vertices", "faces", "ends", "note", "centre", "coarse")

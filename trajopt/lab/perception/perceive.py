@@ -30,9 +30,9 @@ from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement
 from trajopt.values.printed import in_length
 from trajopt.values.shapes import shapes
-from trajopt.values.shapes.closed_surface import HOLE
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Points, Voxels
+from trajopt.values.shapes.surfaces import HOLE
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,6 @@ from trajopt.native import proof
 from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import ProblemError, ShapeError
-from trajopt.values.shapes.closed_surface import closed_surface, part_points
 from trajopt.values.shapes.clouds import Points, Voxels
 from trajopt.values.shapes.shapes import (
     Box,
@@ -25,6 +24,7 @@ from trajopt.values.shapes.shapes import (
     Sphere,
     convex,
 )
+from trajopt.values.shapes.surfaces import closed_surface, part_points
 
 _THICKENING = 1e-5
 """Thickness added to a flat mesh for its hull [m]."""

@@ -14,7 +14,7 @@ from trajopt.values.shapes.shapes import (
     bounding_box,
     convex,
 )
-from trajopt.viewer.drawing import SECTORS, surface
+from trajopt.values.shapes.surfaces import SECTORS, surface
 
 FLATTENED = SECTORS / (2 * np.pi) * np.sin(2 * np.pi / SECTORS)
 """Area of the polygon that stands for a circle, as a share of the circle's."""

@@ -12,8 +12,7 @@ import pytest
 import trajopt as to
 from trajopt.files.bundle import read_bundle, replay
 from trajopt.planning import Result, Status
-from trajopt.planning.experience import Experience
-from trajopt.planning.experience.experience import FORGIVEN, likeness, scene_signature, scenes_apart
+from trajopt.planning.experience import FORGIVEN, Experience, likeness, scene_signature, scenes_apart
 from trajopt.planning.goal_search import Candidate, attempt
 from trajopt.planning.seeds import SeedKind
 from trajopt.problem.problem import named_problem
