@@ -5,11 +5,15 @@ import pytest
 
 import trajopt as to
 from trajopt.tasks.grasping import Gripper, gripper_of
-from trajopt.values.shapes.shapes import Shape
+from trajopt.values.shapes.shapes import Convex, Shape
 
 STOOD = to.placement((0.5, -0.2, 0.05), rpy=(0.0, 0.0, 0.3))
 FUNCTIONS = to.placement((0.45, 0.25, 0.05))
 BLOCK = to.Box(0.05, 0.06, 0.1)
+Parts = list[tuple[Shape, to.Placement]]
+POST, FOOT = to.Box(0.04, 0.04, 0.1), to.Box(0.08, 0.04, 0.03)
+ANGLE: Parts = [(POST, to.placement()), (FOOT, to.placement((0.04, 0.0, -0.035)))]
+"""An L of two boxes."""
 
 
 @pytest.fixture(scope="session")
@@ -22,7 +26,7 @@ def gripper(panda: to.Robot) -> Gripper:
     return gripper_of(panda)
 
 
-def on_table(robot: to.Robot, shape: Shape, where: to.Placement, mass: float = 0.3) -> to.Scene:
+def on_table(robot: to.Robot, shape: Shape | Parts, where: to.Placement, mass: float = 0.3) -> to.Scene:
     """A table with its top at z = 0, and a thing."""
     return (
         to.Scene(robot)
@@ -50,3 +54,9 @@ def drawn(robot: to.Robot, rng: np.random.Generator) -> tuple[to.Scene, to.Place
     while np.linalg.norm(taken.translation - put.translation) < 0.2:
         put = somewhere()
     return on_table(robot, shape, taken, mass=float(rng.uniform(0.1, 0.6))), put
+
+
+def hexagonal(across: float, length: float) -> Convex:
+    angles = np.pi / 3.0 * np.arange(6)
+    ring = across / np.sqrt(3.0) * np.stack((np.cos(angles), np.sin(angles)), axis=1)
+    return to.convex(np.vstack([np.column_stack((ring, np.full(6, z))) for z in (-length / 2, length / 2)]))

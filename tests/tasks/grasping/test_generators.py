@@ -2,15 +2,18 @@
 
 from dataclasses import replace
 
+import coal
 import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.geometry.geometry import collision_geometry
+from trajopt.tasks import PickObject
 from trajopt.tasks.grasping import Grasp, Gripper, grasps_of, pallet
-from trajopt.values.errors import ModelError, ShapeError
+from trajopt.values.errors import ModelError, ProblemError, ShapeError
 from trajopt.values.shapes.shapes import Shape
 
-from .conftest import on_table
+from .conftest import ANGLE, hexagonal, on_table
 
 
 def grasps(robot: to.Robot, gripper: Gripper, shape: Shape) -> tuple[Grasp, ...]:
@@ -80,12 +83,89 @@ def test_grasps_that_are_too_wide_are_omitted(panda: to.Robot, gripper: Gripper)
     assert grasps(panda, gripper, to.Box(0.2, 0.2, 0.2)) == ()
 
 
-def test_shapes_without_generator_are_refused(panda: to.Robot, gripper: Gripper) -> None:
-    with pytest.raises(ModelError, match="Capsule"):
-        grasps(panda, gripper, to.Capsule(0.02, 0.1))
-    scene = to.Scene(panda).add("pair", [(to.Sphere(0.02), to.placement())] * 2)
-    with pytest.raises(ModelError, match="2 shapes"):
-        grasps_of(scene, "pair", gripper)
+def tube(outer: float, inner: float, length: float) -> to.Mesh:
+    count = 48
+    angles = 2.0 * np.pi / count * np.arange(count)
+    ring = np.stack((np.cos(angles), np.sin(angles)), axis=1)
+    profile = [(outer, -length / 2), (outer, length / 2), (inner, length / 2), (inner, -length / 2)]
+    vertices = np.vstack([np.column_stack((radius * ring, np.full(count, z))) for radius, z in profile])
+    here, there = np.arange(count), (np.arange(count) + 1) % count
+    faces = [
+        corners
+        for low, high in ((0, 1), (1, 2), (2, 3), (3, 0))
+        for corners in (
+            np.stack((low * count + here, low * count + there, high * count + there), axis=1),
+            np.stack((low * count + here, high * count + there, high * count + here), axis=1),
+        )
+    ]
+    return to.Mesh(vertices, np.concatenate(faces))
+
+
+EXACT = to.MeshPolicy(exact=True)
+
+
+@pytest.mark.parametrize(
+    ("shape", "meshes"),
+    [
+        (hexagonal(0.05, 0.1), None),
+        (tube(0.035, 0.03, 0.1), EXACT),
+        (tube(0.06, 0.055, 0.1), EXACT),
+        (to.Capsule(0.025, 0.08), None),
+        (to.Cone(0.025, 0.14), None),
+        (ANGLE, None),
+    ],
+    ids=["hexagon", "tube", "wide tube", "capsule", "cone", "angle"],
+)
+def test_pads_close_on_opposite_sides_of_any_shape(
+    panda: to.Robot, gripper: Gripper, shape: Shape, meshes: to.MeshPolicy | None
+) -> None:
+    """Coal measures two discs in the place of the pads: they touch the object, and are not in it."""
+    scene = to.Scene(panda).add("thing", shape, meshes=meshes)
+    found = grasps_of(scene, "thing", gripper)
+    assert len({grasp.name for grasp in found}) == len(found) >= 12
+    assert found[0].placement.rotation[2] @ gripper.approach < -0.9, "from above"
+    for grasp in found:
+        for sign in (-1.0, 1.0):
+            for gap, expected in ((2e-4, False), (-4e-4, True)):
+                off = (0.0, sign * (grasp.width / 2 + gap + 5e-4), 0.0)
+                disc = grasp.placement * gripper.axes * to.placement(off, rpy=(np.pi / 2, 0.0, 0.0))
+                assert disc_touches(scene, disc) is expected, (grasp, gap)
+
+
+def disc_touches(scene: to.Scene, where: to.Placement) -> bool:
+    def touch(shape: Shape, at: to.Placement) -> bool:
+        there, solid = coal.Transform3s(at.rotation, at.translation), collision_geometry(shape)
+        return bool(coal.collide(disc, here, solid, there, coal.CollisionRequest(), coal.CollisionResult()))
+
+    disc, here = coal.Cylinder(5e-3, 1e-3), coal.Transform3s(where.rotation, where.translation)
+    return any(touch(shape, at) for shape, at in scene.object("thing").parts)
+
+
+def test_a_wide_tube_is_held_by_its_wall(panda: to.Robot, gripper: Gripper) -> None:
+    scene = to.Scene(panda).add("thing", tube(0.06, 0.055, 0.1), meshes=EXACT)
+    for grasp in grasps_of(scene, "thing", gripper):
+        middle = grasp.placement * gripper.axes
+        assert np.hypot(*middle.translation[:2]) == pytest.approx(0.0575, abs=1e-3)
+        assert 0.005 <= grasp.width < 0.007
+
+
+@pytest.mark.parametrize(
+    "shape", [to.Cone(0.03, 0.03), to.Box(0.2, 0.2, 0.2)], ids=["flat cone", "large box"]
+)
+def test_without_opposite_sides_in_reach_there_is_no_grasp(
+    panda: to.Robot, gripper: Gripper, shape: Shape
+) -> None:
+    assert grasps(panda, gripper, shape) == ()
+    with pytest.raises(ProblemError, match="has no opposite sides"):
+        PickObject("thing", grasps(panda, gripper, shape))
+
+
+@pytest.mark.parametrize("shape", [to.Plane(), to.Points(np.zeros((1, 3)), 0.02)], ids=["plane", "points"])
+def test_shapes_without_a_surface_to_hold_are_refused(
+    panda: to.Robot, gripper: Gripper, shape: Shape
+) -> None:
+    with pytest.raises(ModelError, match=f"of a {type(shape).__name__} .object 'thing'"):
+        grasps(panda, gripper, shape)
 
 
 @pytest.mark.parametrize("staggered", [False, True])

@@ -23,7 +23,7 @@ from trajopt.tasks.grasping.simulation import Hold, HoldLimits, PickPlaceRollout
 from trajopt.values.errors import ModelError, PlanningFailed
 from trajopt.values.shapes.shapes import Shape
 
-from .conftest import drawn, on_table
+from .conftest import ANGLE, Parts, drawn, hexagonal, on_table
 
 STOOD = to.placement((0.5, -0.2, 0.05), rpy=(0.0, 0.0, 0.3))
 GRAVITY = 9.81
@@ -55,8 +55,12 @@ def test_a_flat_object_on_a_table_is_held_by_the_tips(
     assert right(simulate_handling(carried))
 
 
-@pytest.mark.parametrize("shape", [to.Box(0.04, 0.06, 0.1), to.Cylinder(0.03, 0.1)], ids=["box", "cylinder"])
-def test_the_object_is_placed_at_the_goal(panda: to.Robot, gripper: Gripper, shape: Shape) -> None:
+@pytest.mark.parametrize(
+    "shape",
+    [to.Box(0.04, 0.06, 0.1), to.Cylinder(0.03, 0.1), hexagonal(0.05, 0.1), to.Cone(0.025, 0.1), ANGLE],
+    ids=["box", "cylinder", "hexagon", "cone", "angle"],
+)
+def test_the_object_is_placed_at_the_goal(panda: to.Robot, gripper: Gripper, shape: Shape | Parts) -> None:
     scene = on_table(panda, shape, STOOD, mass=0.4)
     rollout = simulate_handling(put(panda, gripper, scene, to.placement((0.45, 0.25, 0.05))))
     assert right(rollout), rollout.summary()

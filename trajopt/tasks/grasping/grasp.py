@@ -1,9 +1,9 @@
-"""Grasps, places and options of picking and placing, and grasp proposals for simple shapes."""
+"""Grasps, places and options of picking and placing, and grasp proposals."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import InitVar, dataclass, field
-from functools import singledispatch
 from itertools import cycle
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,12 +12,15 @@ from trajopt.optimise.methods import Knots, Method
 from trajopt.problem.requirements import POSITION_TOLERANCE, FramePlacement, frame_placement
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.scene.scene import Scene
+from trajopt.scene.scene_object import SceneObject
+from trajopt.tasks.grasping.antipodal import AROUND, DIRECTIONS, SIDES, places_of_pads
 from trajopt.tasks.grasping.gripper import Gripper
 from trajopt.values.arrays import Floats, Value, direction_of, floats, number, one_of, positive, readonly
 from trajopt.values.errors import ModelError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
-from trajopt.values.shapes.shapes import Box, Cylinder, Shape, Sphere, placed_box
+from trajopt.values.shapes.clouds import Points, Voxels
+from trajopt.values.shapes.shapes import Box, Cylinder, Plane, Sphere, placed_box
 
 FORCE = 30.0
 """Default force of each finger [N]."""
@@ -250,26 +253,16 @@ WEIGHTS = 1.5
 """Force of each finger, relative to the object's weight: pads of rubber then hold it at 1.4 times gravity."""
 HALF_TURN = np.diag((-1.0, -1.0, 1.0))
 """Half a turn about the approach axis."""
-AROUND = 8
-"""Directions around a cylinder."""
-
-Direction = tuple[Floats, str]
-"""A unit vector (3,) and its name."""
-
-FACES: tuple[Direction, ...] = tuple(
-    (readonly(sign * np.eye(3)[axis]), f"{'+' if sign > 0.0 else '-'}{'xyz'[axis]}")
-    for axis, sign in ((2, 1.0), (0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0), (2, -1.0))
-)
-"""Outward normals of a box: the top first."""
 
 
 def grasps_of(
     scene: Scene, name: str, gripper: Gripper, *, force: float | None = None, reach: float | None = None
 ) -> tuple[Grasp, ...]:
-    """Return grasps of an object that is one box, cylinder or sphere: from above first, in its own frame.
+    """Return grasps of an object, those from above first, in its own frame.
 
-    Each occurs twice, the second time turned by half a turn; of flat objects also by the tips of the fingers.
-    Grasps wider than the gripper are left out.
+    Of a box, cylinder or sphere at its middle; of other shapes, or several, where two surfaces are almost
+    opposite. Each occurs twice, the second time turned by half a turn; of flat objects also by the tips of
+    the fingers. Grasps wider than the gripper are left out.
 
     Args:
         force: Of each finger [N]; if None, 30 N, or 1.5 times the object's weight, at most the gripper's.
@@ -277,26 +270,21 @@ def grasps_of(
 
     Raises:
         ObjectNotFound: If there is none of that id.
-        ModelError: If it has another shape, or several.
+        ModelError: If one of its shapes is a half-space, points or voxels.
     """
     one_of("gripper", gripper, Gripper)
     item = one_of("scene", scene, Scene).object(one_of("name", name, str))
     each_finger = usual_force(scene, name, gripper) if force is None else positive("force", force)
     deepest = gripper.reach if reach is None else positive("reach", reach)
-    if len(item.parts) != 1:
-        raise ModelError(f"object {shown(name)} has {len(item.parts)} shapes; define its grasps yourself")
-    shape, where = item.parts[0]
     found: list[Grasp] = []
-    for width, grip, label in grips(shape, deepest):
-        if width + 2.0 * LEAST_SPARE > gripper.widest or width < gripper.narrowest:
-            continue
-        ways = (grip, label), (grip, f"{label}, turned")
-        for back in _short_of_far_side(shape, grip, gripper.tips):
+    for width, pads, label in grips(item, deepest, (gripper.narrowest, gripper.widest - 2.0 * LEAST_SPARE)):
+        ways = (pads, label), (pads, f"{label}, turned")
+        for back in _short_of_far_side(item, pads, gripper.tips):
             ways = *ways, (back, f"{label}, by the tips"), (back, f"{label}, by the tips, turned")
-        for (pads, way), half in zip(ways, cycle((np.eye(3), HALF_TURN))):
+        for (between, way), half in zip(ways, cycle((np.eye(3), HALF_TURN))):
             found.append(
                 Grasp(
-                    placement=where * pads * Placement(readonly(half)) * gripper.axes.inverse(),
+                    placement=between * Placement(readonly(half)) * gripper.axes.inverse(),
                     width=width,
                     opening=min(width + 2.0 * SPARE, gripper.widest),
                     force=each_finger,
@@ -306,12 +294,13 @@ def grasps_of(
     return tuple(found)
 
 
-def _short_of_far_side(shape: Shape, grip: Placement, tips: float) -> Iterator[Placement]:
-    """Yield the pads drawn back if the tips would reach past the shape."""
-    near, far = placed_box(shape, grip.inverse())[:, 2].tolist()
+def _short_of_far_side(item: SceneObject, pads: Placement, tips: float) -> Iterator[Placement]:
+    """Yield the pads drawn back if the tips would reach past the object."""
+    boxes = [placed_box(shape, pads.inverse() * where)[:, 2] for shape, where in item.parts]
+    near, far = np.min(boxes), np.max(boxes)
     if tips > far:
         back = tips - far + min(LEAST_SPARE, (far - near) / 2.0)
-        yield grip * Placement(translation=-back * UPWARD)
+        yield pads * Placement(translation=-back * UPWARD)
 
 
 def usual_force(scene: Scene, name: str, gripper: Gripper) -> float:
@@ -320,45 +309,61 @@ def usual_force(scene: Scene, name: str, gripper: Gripper) -> float:
     return min(max(FORCE, WEIGHTS * weight), gripper.force)
 
 
-@singledispatch
-def grips(shape: Shape, reach: float) -> Iterator[tuple[float, Placement, str]]:
-    """Yield the pads' distance, their placement in the shape's frame (z approach, y closing), a name."""
-    raise ModelError(f"no grasps are known of a {type(shape).__name__}; define them yourself")
+Grip: TypeAlias = tuple[float, Placement, str]
+"""The pads' distance [m], their placement in the object (z approach, y closing), and a name."""
 
 
-@grips.register
-def _(shape: Box, reach: float) -> Iterator[tuple[float, Placement, str]]:
-    yield from _of_box((shape.x, shape.y, shape.z), reach)
+def grips(item: SceneObject, reach: float, widths: tuple[float, float]) -> Iterator[Grip]:
+    """Yield places of the pads on an object, those from above first, with widths in a range [m].
+
+    Args:
+        reach: Largest overlap of the pads' centres with the object [m].
+
+    Raises:
+        ModelError: If it has a shape without surface to hold.
+    """
+    match item.parts:
+        case [(Box(x, y, z), where)]:
+            found = _of_box((x, y, z), reach)
+        # Only pads that meet at the widest place hold a sphere.
+        case [(Sphere(radius), where)] if radius <= reach:
+            found = _of_box((2.0 * radius, 2.0 * radius, 2.0 * radius), reach)
+        case [(Cylinder() as shape, where)]:
+            found = _of_cylinder(shape, reach)
+        case parts:
+            for shape, _ in parts:
+                if isinstance(shape, Plane | Points | Voxels):
+                    raise ModelError(
+                        f"no grasps are known of a {type(shape).__name__} (object {shown(item.name)}); "
+                        "define them yourself"
+                    )
+            for pads in places_of_pads(parts, item.inertia.lever, reach, widths):
+                yield pads.width, _pads(pads.middle, -pads.outward, pads.closing), pads.name
+            return
+    for width, pads, name in found:
+        if widths[0] <= width <= widths[1]:
+            yield width, where * pads, name
 
 
-@grips.register
-def _(shape: Sphere, reach: float) -> Iterator[tuple[float, Placement, str]]:
-    # Only pads that meet at the widest place hold a sphere.
-    if shape.radius <= reach:
-        yield from _of_box((2.0 * shape.radius, 2.0 * shape.radius, 2.0 * shape.radius), reach)
-
-
-@grips.register
-def _(shape: Cylinder, reach: float) -> Iterator[tuple[float, Placement, str]]:
+def _of_cylinder(shape: Cylinder, reach: float) -> Iterator[Grip]:
     diameter = 2.0 * shape.radius
     angles = [2.0 * np.pi * k / AROUND for k in range(AROUND)]
     over = max(shape.length / 2.0 - reach, 0.0)
-    upward = np.array((0.0, 0.0, 1.0))
     for side, label in ((1.0, "+z"), (-1.0, "-z")):
         for angle in angles[: AROUND // 2]:
             closing = np.array((np.cos(angle), np.sin(angle), 0.0))
-            grip = _pads(side * over * upward, -side * upward, closing)
+            grip = _pads(side * over * UPWARD, -side * UPWARD, closing)
             yield diameter, grip, f"from {label}, closing at {np.rad2deg(angle):.0f} degrees"
     if shape.radius > reach:
         return
     for angle in angles:
         outward = np.array((np.cos(angle), np.sin(angle), 0.0))
-        grip = _pads(np.zeros(3), -outward, np.cross(upward, outward))
+        grip = _pads(np.zeros(3), -outward, np.cross(UPWARD, outward))
         yield diameter, grip, f"from the side at {np.rad2deg(angle):.0f} degrees"
 
 
-def _of_box(size: tuple[float, float, float], reach: float) -> Iterator[tuple[float, Placement, str]]:
-    for outward, side in FACES:
+def _of_box(size: tuple[float, float, float], reach: float) -> Iterator[Grip]:
+    for side, outward in zip(SIDES, DIRECTIONS, strict=True):
         across = int(np.argmax(np.abs(outward)))
         over = max(size[across] / 2.0 - reach, 0.0)
         for axis in (axis for axis in range(3) if axis != across):

@@ -73,7 +73,7 @@ class PickObject(Value):
         if not several("grasps", self.grasps, Grasp):
             raise ProblemError(
                 f"name at least one grasp of {shown(self.object)}; `grasps_of` finds none if the object is "
-                "wider or narrower than the gripper opens"
+                "wider or narrower than the gripper opens, or has no opposite sides"
             )
 
     @property
