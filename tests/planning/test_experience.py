@@ -12,7 +12,7 @@ import pytest
 import trajopt as to
 from trajopt.files.bundle import read_bundle, replay
 from trajopt.planning import Result, Status
-from trajopt.planning.experience import FORGIVEN, Experience, likeness, scene_signature, scenes_apart
+from trajopt.planning.experience import FORGIVEN, Experience, _likeness, _scene_signature, _scenes_apart
 from trajopt.planning.goal_search import Candidate, attempt
 from trajopt.planning.seeds import SeedKind
 from trajopt.problem.problem import named_problem
@@ -179,19 +179,21 @@ def test_failures_teach_nothing() -> None:
 def test_names_of_objects_do_not_matter() -> None:
     scene = problem().scene
     other = scene.remove("ball").add("sphere", to.Sphere(0.1), to.placement((0.65, 0.65, 0.1)))
-    assert scenes_apart(scene_signature(scene), scene_signature(other)) == 0.0
-    assert scenes_apart(scene_signature(scene), scene_signature(to.Scene(scene.robot))) == 1.0
+    assert _scenes_apart(_scene_signature(scene), _scene_signature(other)) == 0.0
+    assert _scenes_apart(_scene_signature(scene), _scene_signature(to.Scene(scene.robot))) == 1.0
     moved = scene.move("ball", to.placement((0.65, 0.68, 0.1)))
-    assert scenes_apart(scene_signature(scene), scene_signature(moved)) == pytest.approx(0.03)
+    assert _scenes_apart(_scene_signature(scene), _scene_signature(moved)) == pytest.approx(0.03)
 
 
 @pytest.mark.parametrize("name", ["cup_past_pillar", "bookshelf_panda", "wiping_panda", "wide_berth"])
 def test_every_kind_of_problem_has_a_likeness(name: str) -> None:
     asked = named_problem(name)
     for alone in (asked.alternatives or {"": asked}).values():
-        like = likeness(alone)
+        like = _likeness(alone)
         assert (
-            like.key == likeness(alone).key and np.isfinite(like.scene).all() and np.isfinite(like.goal).all()
+            like.key == _likeness(alone).key
+            and np.isfinite(like.scene).all()
+            and np.isfinite(like.goal).all()
         )
 
 

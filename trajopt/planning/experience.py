@@ -29,7 +29,7 @@ UNLIKE = 1.0
 
 
 @dataclass(frozen=True)
-class Likeness:
+class _Likeness:
     """Data by which a problem is compared; fields as in `Memory`."""
 
     key: str
@@ -38,7 +38,7 @@ class Likeness:
     scene: Floats
 
 
-def likeness(problem: Problem) -> Likeness:
+def _likeness(problem: Problem) -> _Likeness:
     """Return the data by which a problem with one goal is compared."""
     reduced = problem.reduced
     numbers, words = list[float](), list[str]()
@@ -52,15 +52,15 @@ def likeness(problem: Problem) -> Likeness:
     )
     robot = (problem.scene.robot.name, *reduced.joint_names)
     whole = "\n".join((*robot, "goal", *words, "constraints", *kinds, "carried", *carried))
-    return Likeness(
+    return _Likeness(
         sha256(whole.encode()).hexdigest(),
         reduced.start_positions,
         readonly(np.array(numbers)),
-        scene_signature(problem.scene),
+        _scene_signature(problem.scene),
     )
 
 
-def scene_signature(scene: Scene) -> Floats:
+def _scene_signature(scene: Scene) -> Floats:
     """Return centre and half edges of the box around each object of the world, shape (objects, 6) [m].
 
     Names do not matter, so that a camera may rename its detections.
@@ -81,7 +81,7 @@ def scene_signature(scene: Scene) -> Floats:
     return readonly(np.array(rows).reshape(-1, 6))
 
 
-def scenes_apart(first: Floats, second: Floats) -> float:
+def _scenes_apart(first: Floats, second: Floats) -> float:
     """Return the mean distance of the objects of two scenes, each from the most similar one [m]."""
     count = len(first) + len(second)
     if not count:
@@ -129,7 +129,7 @@ class Memory(Value):
         key: Must be equal for another problem: robot, group, and the kinds of the requirements.
         start: Shape (n,) [rad | m].
         goal: The numbers of the goal: positions, placements, tolerances, shape (g,).
-        scene: As `scene_signature` returns it, shape (objects, 6) [m].
+        scene: Centre and half edges of the box around each object, shape (objects, 6) [m].
         knots: The path, shape (k, n) [rad | m].
         failures: Failures since its last win.
     """
@@ -171,7 +171,7 @@ class Storage(Protocol):
         ...
 
 
-class InProcessStorage:
+class _InProcessStorage:
     """Memories that end with the process."""
 
     def __init__(self) -> None:
@@ -238,7 +238,7 @@ class Experience:
         learning: Whether it changes; without, equal calls have equal answers.
     """
 
-    storage: Storage = field(default_factory=InProcessStorage)
+    storage: Storage = field(default_factory=_InProcessStorage)
     most: int = 1000
     learning: bool = True
     _known: dict[int, Memory] = field(init=False, repr=False, default_factory=dict[int, Memory])
@@ -268,7 +268,7 @@ class Experience:
         """Return paths to try first for a problem."""
         with self._lock:
             self._look()
-            near = _nearest(self._groups, problem) if comparable(problem) else None
+            near = _nearest(self._groups, problem) if _comparable(problem) else None
             if near is None:
                 return Recalled(self._version)
             return Recalled(self._version, (near[1],), (self._known[near[1]].knots,))
@@ -280,7 +280,7 @@ class Experience:
             recalled: Earlier result of `recall`.
             given: Number of seeds that were tried before the recalled path.
         """
-        if not self.learning or not comparable(problem):
+        if not self.learning or not _comparable(problem):
             return
         with self._lock:
             self._look()
@@ -317,7 +317,7 @@ class Experience:
         points = floats("path", path, (None, len(problem.reduced.joint_names)))
         if len(points) < 2:
             raise ShapeError("path", f"must have at least 2 points, has {len(points)}")
-        if not self.learning or not comparable(problem):
+        if not self.learning or not _comparable(problem):
             return False
         with self._lock:
             self._look()
@@ -347,7 +347,7 @@ class Experience:
         self._stack(altered)
 
     def _new(self, result: Result, *, won: bool) -> Memory | None:
-        if not result.verified or result.path is None or not comparable(result.problem):
+        if not result.verified or result.path is None or not _comparable(result.problem):
             return None
         if won:
             near = _nearest(self._groups, result.problem)
@@ -378,7 +378,7 @@ class Experience:
 
 
 def _memory(problem: Problem, knots: Floats) -> Memory:
-    like = likeness(problem)
+    like = _likeness(problem)
     return Memory(number=0, key=like.key, start=like.start, goal=like.goal, scene=like.scene, knots=knots)
 
 
@@ -388,25 +388,25 @@ def _after(memory: Memory, *, won: bool, version: int) -> Memory:
     return replace(memory, failures=memory.failures + 1)
 
 
-def comparable(problem: Problem) -> bool:
+def _comparable(problem: Problem) -> bool:
     return not problem.waypoints and not problem.scene.changing and not problem.starts_moving
 
 
 def _nearest(groups: Mapping[str, _Group], problem: Problem) -> tuple[float, int] | None:
     found = list[tuple[float, int]]()
     for alone in (problem.alternatives or {"": problem}).values():
-        like = likeness(alone)
+        like = _likeness(alone)
         group = groups.get(like.key)
         if group is not None:
             found += _near(group, like)
     return min(found, default=None)
 
 
-def _near(group: _Group, like: Likeness) -> list[tuple[float, int]]:
+def _near(group: _Group, like: _Likeness) -> list[tuple[float, int]]:
     apart = _largest(group.starts - like.start) + _largest(group.goals - like.goal)
     first = [int(place) for place in np.argsort(apart, kind="stable")[:COMPARED] if apart[place] <= FAR]
     whole = [
-        (float(apart[place]) + scenes_apart(group.scenes[place], like.scene), group.numbers[place])
+        (float(apart[place]) + _scenes_apart(group.scenes[place], like.scene), group.numbers[place])
         for place in first
     ]
     return [each for each in whole if each[0] <= FAR]
