@@ -237,3 +237,16 @@ def test_joint_positions_are_taken_in_degrees_where_all_turn(odd: to.Scene) -> N
     reduced = problem(odd, start={}, goal={"elbow": 0.1}).reduced
     with pytest.raises(ProblemError, match=r"position of reach is in degrees"):
         inverse_kinematics(reduced, slides, rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [
+        ({"goal": {}}, "goal"),
+        ({"goal": [{}]}, "goal"),
+        ({"goal": "ready", "waypoints": [{}]}, "waypoint '1'"),
+    ],
+)
+def test_names_the_argument_without_a_joint(panda: to.Scene, given: dict[str, Any], name: str) -> None:
+    with pytest.raises(ProblemError, match=f"^{name}: name at least one joint"):
+        to.Problem(scene=panda, group="panda_arm", start="ready", **given)

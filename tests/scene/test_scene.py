@@ -97,3 +97,10 @@ def test_joints_outside_the_group_stand_where_the_start_has_them(scene: to.Scene
     reduced = reduce_model(scene, "all", start)
     assert reduced.joint_names == ("pan", "reach", "elbow", "wrist")
     assert "follow" in list(reduced.model.names), "what follows a joint of the group moves with it"
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_names_an_object_whose_mesh_has_no_area(scene: to.Scene, exact: bool) -> None:
+    line = to.Mesh(np.array(((0.0, 0, 0), (1, 0, 0), (2, 0, 0))), [(0, 1, 2)])
+    with pytest.raises(to.errors.ShapeError, match="mesh of 'wire': has no face with an area"):
+        scene.add("wire", line, meshes=to.MeshPolicy(exact=exact))

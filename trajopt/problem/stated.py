@@ -112,6 +112,8 @@ def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees
     if isinstance(item, str):
         return joint_positions(_state(scene.robot, group, item))
     if isinstance(item, Mapping):
+        if not item:
+            raise ProblemError(f"{name}: name at least one joint")
         return joint_positions(_in_radians(scene.robot, name, item, degrees=degrees))
     if isinstance(item, HasFinalState):
         return joint_positions(_of_group(scene.robot, group, stated_configuration(scene.robot, name, item)))

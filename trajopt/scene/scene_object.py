@@ -133,6 +133,8 @@ def covered_parts(
             raise ModelError(f"{shown(name)}: give a shape, or pairs (shape, placement), not {shown(item)}")
         part, where = item[0], as_placement(f"placement in {shown(name)}", item[1])
         if isinstance(part, Mesh):
+            if not len(part.faces):
+                raise ShapeError(f"mesh of {shown(name)}", "has no face with an area")
             warn_of_wide_mesh(shown(name), part.vertices)
             cover = cover_mesh(part, policy)
             parts.extend((piece, where) for piece in cover.shapes)

@@ -279,6 +279,20 @@ def test_explains_why_no_path_exists(panda: to.Robot, gripper: Gripper) -> None:
         found.require()
 
 
+def test_a_full_hand_picks_nothing_else(panda: to.Robot, gripper: Gripper) -> None:
+    scene = on_table(panda, BLOCK, STOOD).add(
+        "lamp", to.Sphere(0.02), frame=gripper.tool, touch_links=["panda_hand"]
+    )
+    grasps = grasps_of(scene, "thing", gripper)
+    scene = scene.add("other", to.Box(0.04, 0.04, 0.04), frame=gripper.tool, touch_links=gripper.links)
+    found = pick(scene, "thing", start="ready", grasps=grasps)
+    assert (
+        found.reason
+        == "GRIPPER_CANNOT: pick thing: the gripper holds 'other' already: place or detach it first"
+    )
+    assert [refusal.status for refusal in found.refusals] == [Status.GRIPPER_CANNOT]
+
+
 def test_misuse_is_refused(panda: to.Robot, gripper: Gripper) -> None:
     scene = on_table(panda, BLOCK, STOOD)
     grasps = grasps_of(scene, "thing", gripper)

@@ -96,6 +96,10 @@ class PickObject(Value):
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         gripper = hand_of(state.scene, self.gripper, search.group)
+        if full := between_fingers(state.scene, gripper):
+            words = f"the gripper holds {shown(full)} already: place or detach it first"
+            yield StageRefusal(self.name, Status.GRIPPER_CANNOT, words)
+            return
         for given in self.grasps:
             lines = _blended(given.approach, search), _blended(given.lift, search)
             yield from self._by(replace(given, approach=lines[0], lift=lines[1]), gripper, search, state)
@@ -307,6 +311,12 @@ class PlaceObject(Value):
         if opening is None:
             opening = gripper.opening_at(state.scene.robot, state.positions) + LET_GO
         return min(opening, gripper.widest)
+
+
+def between_fingers(scene: Scene, gripper: Gripper) -> str:
+    """Return an attached object that all fingers of a gripper may touch, "" for none."""
+    held = sorted(held_objects(scene))
+    return next((name for name in held if scene.object(name).touch_links >= {*gripper.fingers}), "")
 
 
 def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
