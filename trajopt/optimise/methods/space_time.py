@@ -149,6 +149,7 @@ class SpaceTimeProgram(Printed):
             rounds = 0 if solver.until_feasible else solver.penalty_rounds
             solver = replace(solver, relative_gain=GAIN, penalty_rounds=rounds)
         run = _Run(solver, proves, progress)
+        self.base.restart()
         family = self.family(motion)
         # Schoenberg's approximation: its velocities are slopes of chords, no larger than the motion's.
         positions = motion(family.basis.averages * motion.duration)
@@ -196,12 +197,13 @@ class _Run:
     def solved(self, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
         if self.proves is None:
             return self._solved(self.solver, nlp, begin)
-        if self.solver.until_feasible:
-            found = self._solved(replace(self.solver, refines=False), nlp, begin)
+        solver = self.solver
+        if solver.until_feasible:
+            found = self._solved(replace(solver, refines=False), nlp, begin)
             if found.motion is None or self.proves(found.motion):
                 return found
-            begin = found.solved.x
-        found = self._solved(self.solver, nlp, begin)
+            solver, begin = replace(solver, fine_first=True), found.solved.x
+        found = self._solved(solver, nlp, begin)
         return found if found.motion is None or self.proves(found.motion) else replace(found, motion=None)
 
     def _solved(self, solver: Sqp, nlp: SpaceTimeNlp, begin: Floats) -> _Found:

@@ -260,6 +260,9 @@ class SpaceTimeNlp(BsplineNlp):
     duration: float
     obstacles: ObstacleMargins | None
 
+    def restart(self) -> None:
+        """Keep what was measured: the programs of a family are solved in turn, each from the last motion."""
+
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         if self.obstacles is None or not fine:
             return super().sampling(x, fine=fine)

@@ -10,7 +10,7 @@ from trajopt.optimise.methods.space_time import PRECISION, SpaceTime
 from trajopt.planning.budget import Stop, Stopped
 from trajopt.planning.moving.blocking_obstacles import explained, proof_of_failure
 from trajopt.planning.moving.rendezvous import Rendezvous, goals_that_move
-from trajopt.planning.moving.space_time_attempts import BECAUSE, ENOUGH, BestMotion, SpaceTimeAttempts
+from trajopt.planning.moving.space_time_attempts import BECAUSE, ENOUGH, FAR, BestMotion, SpaceTimeAttempts
 from trajopt.planning.moving.static_scenes import along_tracks, at_ends, without_changes
 from trajopt.planning.result import Result
 from trajopt.planning.schedule import DYNAMIC, DynamicRow, MotionSource
@@ -169,6 +169,8 @@ def _other_seeds(search: DynamicSearch, row: DynamicRow) -> Iterator[Result]:
 
 def _timing(search: DynamicSearch, row: DynamicRow) -> Iterator[Result]:
     del row
+    if search.best.duration <= FAR * search.shortest:
+        return
     timed = _timed(search.static, search.work, PRECISION * search.best.duration)
     if timed is not None:
         yield timed

@@ -25,6 +25,8 @@ TOGETHER = 32
 """Start times checked together."""
 FEW = 4
 """Samples with an obstacle too near, checked first for later starts: mostly it is there still."""
+SPARSE = 8
+"""One in so many samples of a motion is checked first."""
 LONGEST = 60.0
 """Longest wait [s]."""
 
@@ -47,14 +49,16 @@ class Waiting:
         blocked, yielded = 0.0, 0
         waits = self._later(latest)
         while len(stretch := np.fromiter(islice(waits, TOGETHER), np.float64)):
+            open_ones = ~self._still_met(trajectory, met, stretch)
+            if len(stretch) < TOGETHER and not open_ones.any():
+                return
             stands = self._standing(trajectory(np.zeros(1)), blocked, stretch)
-            open_ones = ~self._still_met(trajectory, met, stretch[:stands])
             for place in range(stands):
                 wait = float(stretch[place])
                 if open_ones[place]:
                     met = self._met(trajectory, wait)
                     if len(met):
-                        open_ones[place:] &= ~self._still_met(trajectory, met, stretch[place:stands])
+                        open_ones[place:stands] &= ~self._still_met(trajectory, met, stretch[place:stands])
                     else:
                         sooner = wait if yielded else self._sooner(trajectory, blocked, wait)
                         yield begun_later(trajectory, sooner)
@@ -92,10 +96,14 @@ class Waiting:
         """
         even = self._even(trajectory)
         moments = self.checks.obstacles.moments
-        times: Floats = np.concatenate((even, np.clip(moments - wait, 0.0, even[-1])))
-        near = np.flatnonzero(self.checks.near(trajectory(times), times + wait))
-        spread = np.linspace(0, len(near) - 1, min(len(near), FEW)).astype(np.int64)
-        return times[near[spread]]
+        rest: Floats = np.concatenate((even, np.clip(moments - wait, 0.0, even[-1])))
+        # A contact lasts for several samples, mostly.
+        for times in (even[::SPARSE], rest):
+            near = np.flatnonzero(self.checks.near(trajectory(times), times + wait))
+            if len(near):
+                spread = np.linspace(0, len(near) - 1, min(len(near), FEW)).astype(np.int64)
+                return times[near[spread]]
+        return even[:0]
 
     def _even(self, trajectory: Trajectory) -> Floats:
         duration = trajectory.duration + self.dwell
