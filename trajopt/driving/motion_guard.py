@@ -55,8 +55,16 @@ class MotionGuard(Value):
     tolerance: Mapping[str, float]
 
     def tracked(self, scene: Scene) -> Scene:
-        """Return a scene whose robot may be off by the tracking tolerance."""
-        return replace(scene, model_error=scene.model_error.with_joints(self.tolerance, scene.robot))
+        """Return a scene whose robot may be off by the tracking tolerance; the same for the same scene."""
+
+        def make() -> Scene:
+            return replace(scene, model_error=scene.model_error.with_joints(self.tolerance, scene.robot))
+
+        return self._tracked.get(scene, make)
+
+    @cached_property
+    def _tracked(self) -> LruCache[Scene, Scene]:
+        return LruCache(2)
 
     @cached_property
     def deviation(self) -> float:

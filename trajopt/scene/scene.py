@@ -257,10 +257,13 @@ class Scene(Value):
 
     def object_bodies(self) -> tuple[CollisionBody, ...]:
         """Return the collision bodies of all objects, each fixed to a link or the world."""
+        return tuple(body for name in self.objects for body in self.bodies_of(name))
+
+    def bodies_of(self, name: str) -> tuple[CollisionBody, ...]:
+        """Return the collision bodies of an object."""
+        item, holder = self.objects[name], self.holder(name)
         return tuple(
-            CollisionBody(f"{item.name}/{count}", item.name, holder.link, holder.placement * where, shape)
-            for item in self.objects.values()
-            for holder in (self.holder(item.name),)
+            CollisionBody(f"{name}/{count}", name, holder.link, holder.placement * where, shape)
             for count, (shape, where) in enumerate(item.parts)
         )
 
