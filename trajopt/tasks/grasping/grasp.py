@@ -333,9 +333,10 @@ def grips(item: SceneObject, reach: float, widths: tuple[float, float]) -> Itera
         case parts:
             for shape, _ in parts:
                 if isinstance(shape, Plane | Points | Voxels):
+                    hull = "" if isinstance(shape, Plane) else "add its convex hull (to.convex), or "
                     raise ModelError(
                         f"no grasps are known of a {type(shape).__name__} (object {shown(item.name)}); "
-                        "define them yourself"
+                        f"{hull}define them yourself"
                     )
             for pads in places_of_pads(parts, item.inertia.lever, reach, widths):
                 yield pads.width, _pads(pads.middle, -pads.outward, pads.closing), pads.name
