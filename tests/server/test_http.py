@@ -52,6 +52,15 @@ def test_everything_that_can_be_asked_is_described_and_no_page_needs_another_ser
         assert not re.search(r"https?://(?!localhost)", page.text), path
 
 
+@pytest.mark.parametrize(
+    ("method", "path", "taken"), [("PUT", "/sessions", "POST"), ("POST", "/robots", "GET")]
+)
+def test_names_the_methods_of_an_address(server: Serving, method: str, path: str, taken: str) -> None:
+    answer = httpx.request(method, f"{server.url}{path}")
+    assert answer.status_code == 405 and answer.headers["allow"] == taken
+    assert answer.json()["error"]["reason"] == f"this address takes {taken}, not {method}"
+
+
 def test_the_robot_list_contains_the_fields_a_client_needs(server: Serving) -> None:
     robot = httpx.get(f"{server.url}/robots").json()[0]
     assert robot["name"] == "planar2"

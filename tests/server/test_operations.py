@@ -314,3 +314,35 @@ def test_the_state_of_a_session_is_not_changed_by_a_request() -> None:
     ask("plan", {"edits": [POST], "problem": REACH}, held)
     assert not held.scene.objects
     assert replace(held).scene is held.scene
+
+
+@pytest.mark.parametrize("degrees", [False, True])
+def test_a_start_keeps_joints_that_it_does_not_name(degrees: bool) -> None:
+    held = replace(state(), positions=np.array((0.3, 0.6)))
+    start = {"joint1": np.rad2deg(0.1) if degrees else 0.1}
+    problem = {"group": "arm", "start": start, "degrees": degrees, **REACH}
+    answer, _ = ask("plan", {"problem": problem}, held)
+    assert answer["points"][0]["positions"] == pytest.approx([0.1, 0.6])
+    places = [
+        ask("forward_kinematics", {"group": "arm", "start": given, "frames": ["tool"]}, held)[0]["placements"]
+        for given in ({"joint1": 0.3}, {"joint1": 0.3, "joint2": 0.6})
+    ]
+    assert places[0] == places[1]
+
+
+def test_a_named_start_of_the_arm_keeps_the_fingers() -> None:
+    held = replace(state("panda"), positions=to.load("panda").positions({"panda_finger_joint1": 0.03}))
+    problem = {"group": "panda_arm", "start": "ready", "goal": {"panda_joint1": 0.1}}
+    edited = ask("edit", {"edits": [{"with_tool": {"name": "tip", "on": "panda_leftfinger"}}]}, held)[1]
+    asked = {"group": "panda_arm", "frames": ["tip"], "reference": "panda_hand", "start": "ready"}
+    here, there = (
+        ask("forward_kinematics", {**asked, **given}, edited)[0] for given in ({}, {"start": None})
+    )
+    assert here["placements"]["tip"][0]["xyz"] == pytest.approx(there["placements"]["tip"][0]["xyz"])
+    assert ask("plan", {"problem": problem}, held)[0]["verified"]
+
+
+def test_a_session_stands_in_radians_if_the_goal_is_in_degrees() -> None:
+    held = replace(state(), positions=np.array((0.3, 0.6)))
+    answer, _ = ask("plan", {"problem": {"goal": {"joint1": 20.0}, "degrees": True}}, held)
+    assert answer["points"][0]["positions"] == pytest.approx([0.3, 0.6])

@@ -34,12 +34,18 @@ FORMS = (
 
 
 def stated_configuration(
-    robot: Robot, name: str, given: ConfigurationLike, *, group: str = "", degrees: bool = False
+    robot: Robot,
+    name: str,
+    given: ConfigurationLike,
+    *,
+    group: str = "",
+    degrees: bool = False,
+    others: Floats | None = None,
 ) -> Floats:
     """Return the positions of all joints in a configuration, shape (number of joints,) [rad | m].
 
-    Joints not named are at the position nearest to zero inside their limits. Numbers for all joints are in
-    the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
+    Joints not named are at `others`, or at the position nearest to zero inside their limits. Numbers for all
+    joints are in the order of `robot.joint_names`, others in that of `robot.group(group).joints`.
 
     Args:
         name: Of the argument, for errors.
@@ -50,15 +56,15 @@ def stated_configuration(
     """
     in_degrees = one_of("degrees", degrees, bool)
     if isinstance(given, str):
-        positions = _in_state(robot, group, given)
+        positions = _in_state(robot, group, given, others)
     elif isinstance(given, Mapping):
-        positions = robot.positions(given, degrees=in_degrees)
+        positions = robot.positions(given, degrees=in_degrees, others=others)
     elif is_array_like(given):
         joints, numbers = _of_joints(robot, name, cast("ArrayLike", given), group)
         turns = np.array([joint_unit(robot.model, joint) == "rad" for joint in joints], dtype=bool)
         numbers = np.where(turns & in_degrees, np.deg2rad(numbers), numbers)
         if joints != robot.joint_names:
-            return robot.positions(dict(zip(joints, map(float, numbers), strict=True)))
+            return robot.positions(dict(zip(joints, map(float, numbers), strict=True)), others=others)
         positions = numbers
     elif isinstance(given, HasFinalState):
         positions = robot.positions(given.final_state)
@@ -84,16 +90,16 @@ def _of_joints(robot: Robot, name: str, given: ArrayLike, group: str) -> tuple[t
     return joints, numbers
 
 
-def _in_state(robot: Robot, group: str, name: str) -> Floats:
-    others = {
+def _in_state(robot: Robot, group: str, name: str, others: Floats | None) -> Floats:
+    elsewhere = {
         joint: at
         for (_, state), found in reversed(tuple(robot.states.items()))
         if state == name
         for joint, at in found.items()
     }
     own = robot.states.get((group, name), dict[str, float]())
-    together = {joint: at for joint, at in {**others, **own}.items() if joint not in robot.mimics}
-    return robot.positions(together if others else name)
+    together = {joint: at for joint, at in {**elsewhere, **own}.items() if joint not in robot.mimics}
+    return robot.positions(together if elsewhere else name, others=others)
 
 
 def _missing(robot: Robot, group: str, count: int) -> str:

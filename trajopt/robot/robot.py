@@ -317,16 +317,18 @@ class Robot(Value):
         *,
         group: str | None = None,
         degrees: bool = False,
+        others: Floats | None = None,
     ) -> Floats:
         """Return positions of all joints.
 
         Args:
             values: Joint -> position [rad | m], or the name of a state. Joints not named are at the position
-                nearest to zero inside their limits; mimic joints follow. If only a mimic joint is named, the
-                joint that it follows is adjusted. Positions of mimic joints in a named state are ignored, as
-                in MoveIt.
+                nearest to zero inside their limits, or at `others`; mimic joints follow. If only a mimic
+                joint is named, the joint that it follows is adjusted. Positions of mimic joints in a named
+                state are ignored, as in MoveIt.
             group: The group of the named state; any group that has it if None.
             degrees: Whether positions of revolute joints are in degrees; named states are always in radians.
+            others: Positions of all joints, shape (number of joints,) [rad | m].
 
         Returns:
             Positions, shape (number of joints,), read-only.
@@ -335,7 +337,10 @@ class Robot(Value):
             JointNotFound: If a name is not a movable joint.
             StateNotFound: Without a named state of that name.
         """
-        result = np.clip(np.zeros(len(self.joint_names)), self.limits.lower, self.limits.upper)
+        if others is None:
+            result = np.clip(np.zeros(len(self.joint_names)), self.limits.lower, self.limits.upper)
+        else:
+            result = np.array(floats("others", others, (len(self.joint_names),)))
         _ = unless_none("group", group, str), one_of("degrees", degrees, bool)
         stated = dict[str, float]() if values is None else values
         named = self.state(stated, group=group) if isinstance(stated, str) else mapping("values", stated)

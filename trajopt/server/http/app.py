@@ -400,7 +400,12 @@ async def _refused(request: Request, error: Exception) -> Response:
 async def _no_such_thing(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     reason = "there is nothing at this address" if error.status_code == 404 else str(error.detail)
-    return json_response(RequestRefused(Why.UNKNOWN, reason).as_dict(), error.status_code)
+    allowed = (error.headers or {}).get("Allow", "")
+    if allowed:
+        reason = f"this address takes {allowed}, not {request.method}"
+    response = json_response(RequestRefused(Why.UNKNOWN, reason).as_dict(), error.status_code)
+    response.headers.update(error.headers or {})
+    return response
 
 
 async def _fault(request: Request, error: Exception) -> Response:

@@ -102,8 +102,9 @@ def plan_task(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """
     arguments.only(("edits", "task", "seconds", "improve", "result"))
     state = changed(state, arguments)
+    node, start = without_start(state, arguments["task"])
     planned_task = plan_problem(
-        task_in(arguments["task"], state.scene, start=state.positions),
+        task_in(node, state.scene, start=start),
         improve=arguments["improve"].flag(),
         budget=Budget(arguments["seconds"].number(0.0) or None),
         cancel=watch.cancel,
@@ -141,7 +142,7 @@ def follow_curve(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     found = follow(
         state.scene,
         called(follows_curve, arguments["follows_curve"]),
-        start=value_of(arguments["start"]) if arguments.has("start") else state.positions,
+        start=without_start(state, arguments)[1],
         group=arguments["group"].text(""),
         options=called(FollowOptions, arguments["options"]),
         budget=Budget(seconds or None),
@@ -229,16 +230,30 @@ def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str
     node = arguments["problem"]
     if node.has("costs") or node.has("scene"):
         raise node.error("the scene is the session's, and costs are not for requests")
-    return called(Problem, node, scene=state.scene, start=state.positions), ()
+    node, start = without_start(state, node)
+    # Apart from the rest, as positions of the session are in radians.
+    return replace(called(Problem, node, scene=state.scene, start={}), start=start), ()
 
 
 def reduced_in(state: SessionState, arguments: Node) -> ReducedModel:
     state = changed(state, arguments)
     group = arguments["group"].text("") or only_group(state.scene.robot)
-    start = state.positions
-    if arguments.has("start"):
-        start = stated_configuration(state.scene.robot, "start", value_of(arguments["start"]), group=group)
-    return reduce_model(state.scene, group, start)
+    return reduce_model(state.scene, group, without_start(state, arguments)[1])
+
+
+def without_start(state: SessionState, node: Node) -> tuple[Node, Floats]:
+    """Return a mapping without its start, and the start; joints not named are as in the session."""
+    if not node.has("start"):
+        return node, state.positions
+    start = stated_configuration(
+        state.scene.robot,
+        "start",
+        value_of(node["start"]),
+        group=node["group"].text(""),
+        degrees=node["degrees"].flag(),
+        others=state.positions,
+    )
+    return replace(node, value={key: node[key].value for key in node.keys() if key != "start"}), start
 
 
 def trajectory_in(node: Node) -> Trajectory:
