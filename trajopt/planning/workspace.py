@@ -144,16 +144,6 @@ class PlanningWorkspace(Printed):
         assert self._timing is not None
         yield from self._counted(self._timing, self._timing.delayed(motion.trajectory, by), motion)
 
-    def stands_clear(self, until: float) -> bool:
-        """Return whether the robot at rest at the start seems clear of changing objects until a time [s]."""
-        timing = self._timing
-        assert timing is not None
-        before = replace(timing.counts)
-        with self.tracker.stage("wait"):
-            clear = timing.waiting.stands_clear(self.problem.reduced.start_positions[None], until)
-        self.tracker.count_work(timing.counts.since(before))
-        return clear
-
     def _counted(
         self, timing: DynamicTiming, timings: Iterator[TimedOnPath], motion: MotionCandidate
     ) -> Iterator[MotionCandidate]:

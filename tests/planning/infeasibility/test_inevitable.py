@@ -112,6 +112,14 @@ def test_an_avoidable_obstacle_is_not_inevitable(planar_arm: to.Robot) -> None:
     assert in_time(problem(scene)).inevitable(proven=False) is None
 
 
+def test_few_configurations_tell_whether_a_proof_is_worth_its_time(planar_arm: to.Robot) -> None:
+    still = to.plan(problem(to.Scene(planar_arm))).require().trajectory
+    fast = to.Scene(planar_arm).add("ball", to.Sphere(0.2), motion=flying(8.0))
+    slow = to.Scene(planar_arm).add("ball", to.Sphere(0.05), motion=flying(1.0))
+    assert in_time(problem(fast)).may_be_inevitable(still)
+    assert not in_time(problem(slow)).may_be_inevitable(still), "it sweeps the start, which the arm has left"
+
+
 def test_an_obstacle_after_the_arrival_proves_nothing(planar_arm: to.Robot) -> None:
     scene = to.Scene(planar_arm).add("ball", to.Sphere(0.2), motion=flying(8.0))
     near = to.joint_positions({"shoulder": 0.01, "elbow": 0.0})

@@ -20,6 +20,7 @@ from trajopt.robot.joints import EXCESS
 from trajopt.scene.reduced import TimedModel
 from trajopt.values.arrays import Bools, Floats, Ints
 from trajopt.values.printed import in_length
+from trajopt.values.trajectory import Trajectory
 
 INTERVAL = 0.02
 """Sampling interval for a configuration at rest [s]: objects at 1 m/s move by 2 cm."""
@@ -35,6 +36,8 @@ SAMPLES = 256
 """Reachable configurations to sample at a moment without a proof."""
 SCOUTS = 32
 """Of these before a proof is tried: a clear one rules out the proof, and sampling is cheap."""
+FIRST_SCOUTS = 4
+"""Of these before moments are compared."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,6 +126,14 @@ class InTime:
         init=False, repr=False, default_factory=dict[float, tuple[Floats, Floats]]
     )
 
+    def may_be_inevitable(self, motion: Trajectory) -> bool:
+        """Return whether at some time no known configuration is clear, that of a motion included."""
+        start, times = self.problem.reduced.start_positions, self.looks
+        times = times[times <= motion.duration]
+        times = times[~self.occupancy.free(np.tile(start, (len(times), 1)), times)]
+        times = times[~self.occupancy.free(motion(times), times)]
+        return bool(self._none_clear(times, FIRST_SCOUTS, None).any())
+
     def inevitable(self, *, proven: bool) -> Sweep | None:
         """Find an obstacle that sweeps the start and that no motion escapes.
 
@@ -136,7 +147,7 @@ class InTime:
         first = np.sort(np.unique(sample[rows], return_index=True)[1])[:MOMENTS]
         likely: list[int] = rows[first].tolist()
         begin = float(times[sample].min(initial=inf))
-        closed = self._none_clear(times[sample[likely]], SCOUTS)
+        closed = self._none_clear(times[sample[likely]], SCOUTS, moved)
         for row in np.array(likely)[closed].tolist():
             time = float(times[sample[row]])
             met = self.occupancy.throughout(*self._by_then(time), time, time, most=MOST_BOXES, which=moved)
@@ -144,7 +155,7 @@ class InTime:
                 return _sweep(met, begin, time)
         for row in () if proven else likely:
             time, names = float(times[sample[row]]), self.occupancy.names(int(pair[row]))
-            if self._none_clear(np.array((time,)), SAMPLES).all():
+            if self._none_clear(np.array((time,)), SAMPLES, moved).all():
                 return Sweep(
                     thing=names[0], link=names[1], begin=begin, time=time, depth=float(depth[row]),
                     travel=None, boxes=0,
@@ -233,12 +244,11 @@ class InTime:
             self._boxes[time] = by_then(self.problem, time)
         return self._boxes[time]
 
-    def _none_clear(self, times: Floats, count: int) -> Bools:
+    def _none_clear(self, times: Floats, count: int, which: Bools | None) -> Bools:
         if not len(times):
             return np.zeros(0, dtype=np.bool_)
         lower, upper = np.stack([self._by_then(time) for time in times.tolist()], axis=1)
-        drawn, moved = _drawn(lower, upper, count), ~self.occupancy.fixed
-        free = self.occupancy.free(drawn, np.repeat(times, count), moved)
+        free = self.occupancy.free(_drawn(lower, upper, count), np.repeat(times, count), which)
         return ~np.any(free.reshape(len(times), count), axis=1)
 
     def _under_way(self, time: float) -> bool:

@@ -35,6 +35,10 @@ NAMED = 3
 """Things in the way that a sentence names."""
 
 
+def may_be_inevitable(problem: Problem, static: Result, tracker: BudgetTracker) -> bool:
+    return _BlockingObstacles(problem, static.require().trajectory, tracker).may_be_inevitable()
+
+
 def proof_of_failure(problem: Problem, static: Result, tracker: BudgetTracker) -> Result | None:
     motion = static.require()
     found = _BlockingObstacles(problem, motion.trajectory, tracker).refusal(proven=True)
@@ -84,6 +88,12 @@ class _BlockingObstacles:
     tracker: BudgetTracker
     _counts: WorkCounts = field(default_factory=WorkCounts)
     _counted: WorkCounts = field(default_factory=WorkCounts)
+
+    def may_be_inevitable(self) -> bool:
+        with self.tracker.stage("wait"):
+            found = self._in_time.may_be_inevitable(self.static)
+        self._count()
+        return found
 
     def refusal(self, *, proven: bool) -> Result | None:
         with self.tracker.stage("proof"):

@@ -8,7 +8,7 @@ from math import inf
 from trajopt.optimise.methods import Choice
 from trajopt.optimise.methods.space_time import PRECISION, SpaceTime
 from trajopt.planning.budget import Stop, Stopped
-from trajopt.planning.moving.blocking_obstacles import explained, proof_of_failure
+from trajopt.planning.moving.blocking_obstacles import explained, may_be_inevitable, proof_of_failure
 from trajopt.planning.moving.rendezvous import Rendezvous, goals_that_move
 from trajopt.planning.moving.space_time_attempts import BECAUSE, ENOUGH, FAR, BestMotion, SpaceTimeAttempts
 from trajopt.planning.moving.static_scenes import along_tracks, at_ends, without_changes
@@ -100,7 +100,7 @@ class DynamicSearch:
 
     @cached_property
     def swept(self) -> bool:
-        return not self.work.stands_clear(self.shortest)
+        return may_be_inevitable(self.work.problem, self.static, self.search.tracker)
 
     @cached_property
     def attempts(self) -> SpaceTimeAttempts | None:

@@ -69,11 +69,6 @@ class Waiting:
             if stands < len(stretch):
                 return
 
-    def stands_clear(self, start: Floats, until: float) -> bool:
-        """Return whether the robot at rest at the start, (1, n), is clear of obstacles until a time [s]."""
-        self.checks.start_at(start)
-        return self._standing(start, 0.0, np.array((until,))) == 1
-
     def _later(self, latest: float) -> Iterator[float]:
         last = min(self.checks.settled, LONGEST, self.checks.obstacles.timed.until, latest)
         yield from (STEP * number for number in range(1, ceil(last / STEP)))
