@@ -195,38 +195,50 @@ class _Run:
     log: list[Iteration] = field(default_factory=list[Iteration])
 
     def solved(self, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
-        if self.proves is None:
-            return self._solved(self.solver, nlp, begin)
-        solver = self.solver
-        if solver.until_feasible:
-            found = self._solved(replace(solver, refines=False), nlp, begin)
+        return self._proven(self._tried(nlp, begin))
+
+    def _tried(self, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
+        few = self.solver.until_feasible and self.proves is not None
+        return self._solved(replace(self.solver, refines=False) if few else self.solver, nlp, begin)
+
+    def _proven(self, found: _Found) -> _Found:
+        if found.motion is None or self.proves is None or self.proves(found.motion):
+            return found
+        if self.solver.until_feasible:
+            found = self._solved(replace(self.solver, fine_first=True), found.nlp, found.solved.x)
             if found.motion is None or self.proves(found.motion):
                 return found
-            solver, begin = replace(solver, fine_first=True), found.solved.x
-        found = self._solved(solver, nlp, begin)
-        return found if found.motion is None or self.proves(found.motion) else replace(found, motion=None)
+        return replace(found, motion=None)
 
     def _solved(self, solver: Sqp, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
         solved = solver.solve(nlp, begin, progress=self.progress)
         self.log += solved.log
         return _Found(nlp, solved, nlp.trajectory(solved.x) if solved.feasible else None)
 
-    def shrunk(self, family: SpaceTimeFamily, found: _Found, low: float) -> _Found:
-        if low >= PRECISION * found.nlp.duration:
-            return found
+    def shrunk(self, family: SpaceTimeFamily, proven: _Found, low: float) -> _Found:
+        """Return a shorter motion, proven at the end only: most on the way there are not needed."""
+        if low >= PRECISION * proven.nlp.duration:
+            return proven
         self.solver = replace(self.solver, max_iterations=ceil(self.solver.max_iterations / 2))
-        refused = False
-        while low < PRECISION * found.nlp.duration:
-            longest = found.nlp.duration
-            duration = sqrt(low * longest) if refused else max(SHRINK * longest, low)
-            shorter = None
-            if family.ends_clear(duration):
-                shorter = self.solved(family.lasting(duration), found.solved.x)
-            if shorter is None or shorter.motion is None:
-                low, refused = duration, True
+        found, refused = proven, False
+        while True:
+            while low < PRECISION * found.nlp.duration:
+                longest = found.nlp.duration
+                duration = sqrt(low * longest) if refused else max(SHRINK * longest, low)
+                shorter = None
+                if family.ends_clear(duration):
+                    shorter = self._tried(family.lasting(duration), found.solved.x)
+                if shorter is None or shorter.motion is None:
+                    low, refused = duration, True
+                else:
+                    found = shorter
+            if found is proven:
+                return proven
+            last = self._proven(found)
+            if last.motion is None:
+                low, refused, found = found.nlp.duration, True, proven
             else:
-                found = shorter
-        return found
+                found = proven = last
 
 
 def _timed(seed: Floats, problem: Problem) -> Trajectory:
