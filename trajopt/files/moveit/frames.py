@@ -39,6 +39,11 @@ def world_names(robot: Robot) -> frozenset[str]:
     return frozenset(("", WORLD, robot.base.frame, *root))
 
 
+def frame_named(name: str, robot: Robot) -> str:
+    """Return the frame of a frame id: "world" for all that mean it."""
+    return WORLD if name in world_names(robot) else name
+
+
 def reading_at(scene: Scene, positions: Floats, notes: list[str] | None = None) -> Reading:
     """Return the meaning of names and frames in a message to a scene."""
     return Reading(world_names(scene.robot), positions, notes=[] if notes is None else notes)

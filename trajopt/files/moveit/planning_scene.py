@@ -159,17 +159,7 @@ def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) 
         notes.append(f"robot_model_name: made for {model!r}, read for {robot.name!r}")
     if document["is_diff"].flag():
         notes.append("is_diff: read as a whole scene, starting from an empty world")
-    scene = Scene(robot)
-    for node in document["fixed_frame_transforms"].elements():
-        scene = with_fixed_frame(node, scene, reading)
-    world = document["world"].only(field_names(PlanningSceneWorld))
-    refuse_octomap(world["octomap"])
-    for node in world["collision_objects"].elements():
-        scene = apply_object(read_object(node, reading), scene, reading)
-    for node in document["robot_state"]["attached_collision_objects"].elements():
-        scene = apply_attached(node, scene, reading)
-    scene = apply_matrix(document["allowed_collision_matrix"], scene, notes)
-    scene = with_padding(document, scene, notes)
+    scene = _edited(document, Scene(robot), reading, again=False)
     return SceneFile(Path(document.path), scene, state, names, tuple(notes))
 
 
@@ -182,7 +172,7 @@ def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:
     return frozenset(names - set(robot.frame_names))
 
 
-def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool = False) -> Scene:
+def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool) -> Scene:
     """Return the scene with a frame fixed in the world or on the robot; `again` moves an existing one."""
     # MoveIt writes the world into child_frame_id and the frame's name into the header; tf the
     # other way round. In both cases the transform is the pose of the frame in the world.
@@ -290,8 +280,12 @@ def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
         )
     elif _says_all(node["robot_state"]):
         scene = _let_go(scene)
+    return _edited(node, scene, reading, again=True)
+
+
+def _edited(node: Node, scene: Scene, reading: Reading, *, again: bool) -> Scene:
     for element in node["fixed_frame_transforms"].elements():
-        scene = with_fixed_frame(element, scene, reading, again=True)
+        scene = with_fixed_frame(element, scene, reading, again=again)
     world = node["world"].only(field_names(PlanningSceneWorld))
     refuse_octomap(world["octomap"])
     for element in world["collision_objects"].elements():

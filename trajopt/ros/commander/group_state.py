@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from trajopt.files import messages as msg
 from trajopt.files.messages import Constraints, TrajectoryConstraints, decode, document_of, is_message
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.frames import pose_of, reading_at, world_names
+from trajopt.files.moveit.frames import frame_named, pose_of, reading_at
 from trajopt.files.moveit.scene_messages import checked_joint_positions, state_message
 from trajopt.geometry import angular_jacobian, evaluator, point_jacobian
 from trajopt.optimise.kinematics import goal_configurations
@@ -201,10 +201,9 @@ class GroupBase:
 
     def _frame(self, name: str) -> str:
         scene = self._world.scene
-        if name in world_names(scene.robot):
-            return WORLD
-        scene.holder(name)
-        return name
+        frame = frame_named(name, scene.robot)
+        scene.holder(frame)
+        return frame
 
     def _placed(self, target: PoseTarget, positions: Floats) -> Placement:
         return self._world.scene.placement_of(self._frame(target.frame), positions) * target.placement
@@ -432,10 +431,9 @@ class GroupSettings(GroupBase):
         self._settings = replace(self._settings, tool_speed=None)
 
     def set_support_surface_name(self, value: str) -> None:
-        """Set the object on which `place` puts objects; empty for none."""
+        """Check that an object exists; all supports may be touched."""
         if value:
             self._world.scene.object(value)
-        self._settings = replace(self._settings, support_surface=value)
 
 
 def jacobian(reduced: ReducedModel, link: str, values: Floats, reference_point: ArrayLike) -> Floats:

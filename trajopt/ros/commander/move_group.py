@@ -19,7 +19,7 @@ from trajopt.files.messages import (
     is_message,
 )
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.frames import read_vector, reading_at, world_names
+from trajopt.files.moveit.frames import frame_named, read_vector, reading_at
 from trajopt.files.moveit.planning_scene import without_collisions
 from trajopt.files.moveit.scene_messages import layered_positions
 from trajopt.files.moveit.trajectories import trajectory_message, trajectory_of
@@ -235,7 +235,7 @@ def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: s
         at: Current positions of all joints [rad | m].
     """
     where, frame = framed_placement(message.grasp_pose, WORLD)
-    placed = scene.placement_of(_frame(frame, scene), at) * where
+    placed = scene.placement_of(frame_named(frame, scene.robot), at) * where
     tool = scene.placement_of(link, at).inverse() * scene.placement_of(gripper.tool, at)
     return Grasp(
         placement=scene.placement_of(name, at).inverse() * placed * tool,
@@ -251,7 +251,7 @@ def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
     """Convert a target of an object to a place; `at` are the positions of all joints [rad | m]."""
     whole = is_message(location, "place_pose")
     where, frame = framed_placement(location.place_pose if whole else location, WORLD)
-    placed = scene.placement_of(_frame(frame, scene), at) * where
+    placed = scene.placement_of(frame_named(frame, scene.robot), at) * where
     if not whole:
         return Place(placement=placed)
     return Place(
@@ -266,10 +266,6 @@ def executed(segments: Sequence[PlannedSegment], world: World, tip: str) -> bool
     """Execute planned motions in order; return whether all arrived."""
     executions = (Execution(each.result.problem.reduced, each.trajectory, tip) for each in segments)
     return all(world.execute(each, wait=True).reached for each in executions)
-
-
-def _frame(name: str, scene: Scene) -> str:
-    return WORLD if name in world_names(scene.robot) else name
 
 
 def _straight(message: Any, link: str) -> Straight:

@@ -1,6 +1,7 @@
 """Stand-in for the parts of `rclpy`, `rclcpp` and `py_binding_tools` that MoveIt's scripts use."""
 
 import logging as _logging
+from functools import partialmethod
 from types import SimpleNamespace
 
 from trajopt.ros.commander.world import current_world
@@ -46,29 +47,15 @@ class Logger:
     def __init__(self, name: str) -> None:
         self.name = name
 
-    def debug(self, message: str, **_: object) -> None:
-        self._log(_logging.DEBUG, message)
-
-    def info(self, message: str, **_: object) -> None:
-        self._log(_logging.INFO, message)
-
-    def warning(self, message: str, **_: object) -> None:
-        self._log(_logging.WARNING, message)
-
-    warn = warning
-
-    def error(self, message: str, **_: object) -> None:
-        self._log(_logging.ERROR, message)
-
-    def fatal(self, message: str, **_: object) -> None:
-        self._log(_logging.CRITICAL, message)
-
-    def _log(self, level: int, message: str) -> None:
+    def _log(self, level: int, message: str, **_: object) -> None:
         _LOG.log(level, "%s: %s", self.name, message)
 
+    debug = partialmethod(_log, _logging.DEBUG)
+    info = partialmethod(_log, _logging.INFO)
+    warning = warn = partialmethod(_log, _logging.WARNING)
+    error = partialmethod(_log, _logging.ERROR)
+    fatal = partialmethod(_log, _logging.CRITICAL)
 
-def get_logger(name: str) -> Logger:
-    return Logger(name)
 
-
+get_logger = Logger
 logging = SimpleNamespace(get_logger=get_logger)

@@ -19,26 +19,32 @@ from trajopt.ros.rosbridge.wire import Unusable
 from trajopt.server.job import Cancellation
 from trajopt.values.errors import TrajoptError, shown
 
-EDITS: Mapping[str, tuple[str, str]] = {
-    "/planning_scene": ("moveit_msgs/PlanningScene", "moveit/apply_planning_scene"),
-    "/collision_object": ("moveit_msgs/CollisionObject", "moveit/collision_object"),
-    "/attached_collision_object": ("moveit_msgs/AttachedCollisionObject", "moveit/attached_collision_object"),
-}
-"""Topics that change the scene: type and worker operation of each."""
-CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
-"""Type and worker operation of a camera's topic."""
-
 
 @dataclass(frozen=True)
-class MoveItService:
-    """A service of MoveIt; its messages add the suffixes Request and Response to its type."""
+class Endpoint:
+    """A topic, service or action of MoveIt, and the operation that processes its messages.
+
+    Attributes:
+        kind: Type of its messages, without the suffixes of requests, responses and goals.
+        operation: Operation of a worker; empty for an action whose goal is planned first.
+    """
 
     kind: str
     operation: str
 
 
-SERVICES: Mapping[str, MoveItService] = {
-    f"/{name}": MoveItService(f"moveit_msgs/{kind}", f"moveit/{name}")
+EDITS: Mapping[str, Endpoint] = {
+    "/planning_scene": Endpoint("moveit_msgs/PlanningScene", "moveit/apply_planning_scene"),
+    "/collision_object": Endpoint("moveit_msgs/CollisionObject", "moveit/collision_object"),
+    "/attached_collision_object": Endpoint(
+        "moveit_msgs/AttachedCollisionObject", "moveit/attached_collision_object"
+    ),
+}
+"""Topics that change the scene."""
+CLOUD = Endpoint("sensor_msgs/PointCloud2", "moveit/point_cloud")
+"""The topic of a camera."""
+SERVICES: Mapping[str, Endpoint] = {
+    f"/{name}": Endpoint(f"moveit_msgs/{kind}", f"moveit/{name}")
     for name, kind in {
         "compute_fk": "GetPositionFK",
         "compute_ik": "GetPositionIK",
@@ -49,20 +55,10 @@ SERVICES: Mapping[str, MoveItService] = {
         "apply_planning_scene": "ApplyPlanningScene",
     }.items()
 }
-
-
-@dataclass(frozen=True)
-class ActionServer:
-    """A served action; its operation drives the robot, and is empty if the goal is planned first."""
-
-    kind: str
-    operation: str
-
-
-_EXECUTE = ActionServer("moveit_msgs/ExecuteTrajectory", "moveit/execute_trajectory")
-_FOLLOW = ActionServer("control_msgs/FollowJointTrajectory", "moveit/follow_joint_trajectory")
-_MOVE = ActionServer("moveit_msgs/MoveGroup", "")
-ACTIONS: Mapping[str, ActionServer] = {
+_EXECUTE = Endpoint("moveit_msgs/ExecuteTrajectory", "moveit/execute_trajectory")
+_FOLLOW = Endpoint("control_msgs/FollowJointTrajectory", "moveit/follow_joint_trajectory")
+_MOVE = Endpoint("moveit_msgs/MoveGroup", "")
+ACTIONS: Mapping[str, Endpoint] = {
     "/execute_trajectory": _EXECUTE,
     "/move_action": _MOVE,
     "/move_group": _MOVE,
@@ -119,7 +115,7 @@ class ActionGoal:
     """A goal, with the listener of its feedback, plain data or JSON."""
 
     name: str
-    server: ActionServer
+    server: Endpoint
     message: msgspec.Raw
     generation: msg.Generation
     tell: Callable[[object], None]
@@ -241,7 +237,7 @@ class OldActions:
         for task in self._tasks:
             task.cancel()
 
-    def _goal_taker(self, action: str, server: ActionServer) -> Callable[[msgspec.Raw], None]:
+    def _goal_taker(self, action: str, server: Endpoint) -> Callable[[msgspec.Raw], None]:
         def take(message: msgspec.Raw) -> None:
             try:
                 whole = msgspec.json.decode(message, type=_Goal)

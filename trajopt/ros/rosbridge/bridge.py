@@ -17,6 +17,7 @@ from trajopt.ros.rosbridge.options import RosbridgeOptions
 from trajopt.ros.rosbridge.rosapi import RosApi
 from trajopt.ros.rosbridge.topics import Topics
 from trajopt.ros.rosbridge.wire import BridgeClient, Incoming, Unusable, plain, written
+from trajopt.server.move_group.functions import PIPELINE
 from trajopt.values.errors import TrajoptError
 
 _LOG = logging.getLogger("trajopt.server")
@@ -24,7 +25,6 @@ PACE = 0.1
 """Period of the robot state and goal status topics [s]."""
 SCENE = "/monitored_planning_scene"
 PLANNED = "/display_planned_path"
-PIPELINE = "trajopt"
 
 
 class Bridge:
@@ -51,8 +51,8 @@ class Bridge:
         self.topics.announce(SCENE, "moveit_msgs/PlanningScene")
         self.topics.announce(PLANNED, "moveit_msgs/DisplayTrajectory")
         self._edits = {**EDITS, **dict.fromkeys(options.clouds, CLOUD)}
-        for name, (kind, _) in self._edits.items():
-            self.topics.expect(name, kind)
+        for name, each in self._edits.items():
+            self.topics.expect(name, each.kind)
 
     def leave(self, client: BridgeClient) -> None:
         self.topics.leave(client)
@@ -110,7 +110,7 @@ class Bridge:
         edit = self._edits.get(topic)
         if edit is not None:
             whole = b'{"scene":%s}' % bytes(message) if topic == "/planning_scene" else message
-            await self.cell.ask(edit[1], whole, self.generation)
+            await self.cell.ask(edit.operation, whole, self.generation)
             self.look()
 
     async def tell(self) -> None:

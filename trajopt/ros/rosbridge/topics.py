@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import msgspec
@@ -117,8 +117,10 @@ class Topics:
         topic = self.advertise(client, name, "")
         if not topic.kind:
             raise Unusable(f"the type of {name} is unknown: advertise it first")
-        checked = self._check(topic.kind, message)
-        await (asyncio.to_thread(checked) if len(bytes(message)) > INLINE else _at_once(checked))
+        if len(bytes(message)) > INLINE:
+            await asyncio.to_thread(self._check, topic.kind, message)
+        else:
+            self._check(topic.kind, message)
         if latch and len(bytes(message)) <= LARGEST_LATCHED:
             topic.latched = msgspec.Raw(bytes(message))
         self._pass(topic, message)
@@ -135,19 +137,14 @@ class Topics:
             topic.heard.pop(client, None)
             self._forget(name)
 
-    def _check(self, kind: str, message: msgspec.Raw) -> Callable[[], None]:
-        def check() -> None:
-            try:
-                found = message_named(kind)
-            except MessageNotFound:
-                plain(message)
-                return
-            try:
-                decode(found, plain(message), self.generation, name="msg")
-            except FileFormatError as error:
-                raise Unusable(str(error)) from error
-
-        return check
+    def _check(self, kind: str, message: msgspec.Raw) -> None:
+        document = plain(message)
+        try:
+            decode(message_named(kind), document, self.generation, name="msg")
+        except MessageNotFound:
+            return  # a type of the clients' own
+        except FileFormatError as error:
+            raise Unusable(str(error)) from error
 
     def _pass(self, topic: RelayedTopic, message: msgspec.Raw) -> None:
         now, text = time.monotonic(), b""
@@ -183,10 +180,6 @@ class Topics:
         topic = self._all[name]
         if not (topic.ours or topic.kept or topic.clients or topic.heard):
             del self._all[name]
-
-
-async def _at_once(check: Callable[[], None]) -> None:
-    check()
 
 
 def _published(topic: RelayedTopic, message: msgspec.Raw) -> bytes:

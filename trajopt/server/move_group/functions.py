@@ -59,7 +59,6 @@ class Settings:
     tool_speed: ToolSpeed | None = None
     workspace: tuple[float, ...] = (0.0,) * 6
     replanning: bool = False
-    support_surface: str = ""
 
 
 def per_axis(name: str, value: float | Sequence[float]) -> PerAxis:

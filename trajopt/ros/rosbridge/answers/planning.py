@@ -20,6 +20,7 @@ from trajopt.ros.rosbridge.answers.service_call import (
     code_of_error,
     positions_in,
     read_call,
+    service,
     stated_in,
     success,
     with_notes,
@@ -103,19 +104,10 @@ def _planned(read: RequestFile, message: msg.MotionPlanRequest, watch: Watch) ->
     return min(results, key=cost_of), spent
 
 
-def compute_cartesian_path(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Follow straight lines with a link as far as possible; a partial path is also a success."""
-    request = read_call(msg.GetCartesianPathRequest, arguments, watch)
-    try:
-        response = _followed(request.message, state, watch)
-    except TrajoptError as error:
-        response = msg.GetCartesianPathResponse(error_code=code_of_error(error))
-    return request.answer(response)
-
-
 def _followed(
     request: msg.GetCartesianPathRequest, state: SessionState, watch: Watch
 ) -> msg.GetCartesianPathResponse:
+    """Follow straight lines with a link as far as possible; a partial path is also a success."""
     robot = state.scene.robot
     if request.group_name not in robot.groups:
         raise GroupNotFound("group", request.group_name, robot.groups)
@@ -150,3 +142,6 @@ def _followed(
         response.solution = trajectory_message(followed.trajectory, robot.links[0])
         response.fraction = fraction_of(followed)
     return response
+
+
+compute_cartesian_path = service(msg.GetCartesianPathRequest, msg.GetCartesianPathResponse, _followed)

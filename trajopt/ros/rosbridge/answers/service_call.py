@@ -1,6 +1,6 @@
 """Requests of clients made for ROS, and MoveIt's error codes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -71,6 +71,21 @@ def read_call(kind: type[Any], arguments: Node, watch: Watch) -> ServiceCall:
     check_sizes(arguments["args"].value, watch)
     message = decode(kind, arguments["args"].value, generation, name="args")
     return ServiceCall(message, generation)
+
+
+def service(
+    kind: type[Any], response: type[Any], answer: Callable[[Any, SessionState, Watch], object]
+) -> Callable[[SessionState, Node, Watch], Answer]:
+    """Return the operation of a service whose response contains an error code."""
+
+    def run(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+        request = read_call(kind, arguments, watch)
+        try:
+            return request.answer(answer(request.message, state, watch))
+        except TrajoptError as error:
+            return request.answer(response(error_code=code_of_error(error)))
+
+    return run
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,13 @@ from trajopt.files.moveit.objects import apply_attached
 from trajopt.files.moveit.planning_scene import edit_object, edit_scene, without_collisions
 from trajopt.files.moveit.scene_messages import scene_message, state_message
 from trajopt.lab.perception import PointCloud, perceive
-from trajopt.optimise.kinematics import Validity, inverse_kinematics, validity
+from trajopt.optimise.kinematics import inverse_kinematics, validity
 from trajopt.problem.requirements import Requirement, frame_placement
 from trajopt.ros.rosbridge.answers.service_call import (
-    code_of_error,
     failed,
     positions_in,
     read_call,
+    service,
     stated_in,
     success,
     with_notes,
@@ -30,20 +30,11 @@ from trajopt.server.limits import RequestRefused, Why
 from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
-from trajopt.values.errors import FileFormatError, FrameNotFound, GroupNotFound, TrajoptError
+from trajopt.values.errors import FileFormatError, FrameNotFound, GroupNotFound
 
 
-def compute_fk(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+def _placed(request: msg.GetPositionFKRequest, state: SessionState, _: Watch) -> msg.GetPositionFKResponse:
     """Return the poses of links in a state, in the frame of the request's header."""
-    request = read_call(msg.GetPositionFKRequest, arguments, watch)
-    try:
-        response = _placed(request.message, state)
-    except TrajoptError as error:
-        response = msg.GetPositionFKResponse(error_code=code_of_error(error))
-    return request.answer(response)
-
-
-def _placed(request: msg.GetPositionFKRequest, state: SessionState) -> msg.GetPositionFKResponse:
     stated, names = stated_in(request.robot_state, state, "robot_state"), request.fk_link_names
     scene, reading = stated.scene, stated.reading
     if not names:
@@ -63,17 +54,12 @@ def _placed(request: msg.GetPositionFKRequest, state: SessionState) -> msg.GetPo
     return msg.GetPositionFKResponse(poses, list(names), with_notes(success(), reading.notes))
 
 
-def compute_ik(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+compute_fk = service(msg.GetPositionFKRequest, msg.GetPositionFKResponse, _placed)
+
+
+def _searched(message: msg.GetPositionIKRequest, state: SessionState, _: Watch) -> msg.GetPositionIKResponse:
     """Return the state nearest to a given one with links at given poses."""
-    request = read_call(msg.GetPositionIKRequest, arguments, watch)
-    try:
-        response = _searched(request.message.ik_request, state)
-    except TrajoptError as error:
-        response = msg.GetPositionIKResponse(error_code=code_of_error(error))
-    return request.answer(response)
-
-
-def _searched(request: msg.PositionIKRequest, state: SessionState) -> msg.GetPositionIKResponse:
+    request = message.ik_request
     robot, stated = state.scene.robot, stated_in(request.robot_state, state, "robot_state")
     near, reading = stated.positions, stated.reading
     if request.group_name not in robot.groups:
@@ -92,14 +78,17 @@ def _searched(request: msg.PositionIKRequest, state: SessionState) -> msg.GetPos
         name = _known(link or group.tip or "", scene)
         wanted.append(frame_placement(name, frame * read_placement(pose["pose"], reading.notes)))
     more, scene = read_constraints(document["constraints"], scene, reading)
-    found = inverse_kinematics(reduce_model(scene, group.name, near), [*wanted, *more])
+    reduced = reduce_model(scene, group.name, near)
+    found = inverse_kinematics(reduced, [*wanted, *more])
     if not found.free:
         return msg.GetPositionIKResponse(
             error_code=failed(msg.MoveItErrorCodes.NO_IK_SOLUTION, found.explain())
         )
-    reduced = reduce_model(scene, group.name, near)
     solution = state_message(stated.scene, reduced.all_positions(found.free[0]))
     return msg.GetPositionIKResponse(solution, with_notes(success(), reading.notes))
+
+
+compute_ik = service(msg.GetPositionIKRequest, msg.GetPositionIKResponse, _searched)
 
 
 def _known(link: str, scene: Scene) -> str:
@@ -117,13 +106,11 @@ def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> 
     if message.group_name and message.group_name not in robot.groups:
         raise GroupNotFound("group", message.group_name, robot.groups)
     stated = stated_in(message.robot_state, state, "robot_state")
-    positions, document = stated.positions, document_of(message.constraints, "constraints")
+    document = document_of(message.constraints, "constraints")
     constraints, scene = read_constraints(document, stated.scene, stated.reading)
-    judged: list[Validity] = []
-    for group in [message.group_name] if message.group_name else robot.groups:
-        reduced = reduce_model(scene, group, positions)
-        here = positions[robot.index(reduced.joint_names)]
-        judged.append(validity(reduced, here, requirements=constraints))
+    groups = [message.group_name] if message.group_name else robot.groups
+    reduced = (reduce_model(scene, group, stated.positions) for group in groups)
+    judged = [validity(each, each.start_positions, requirements=constraints) for each in reduced]
     contacts = {
         frozenset((pair.first, pair.second)): msg.ContactInformation(
             header=msg.Header(frame_id=robot.links[0]),

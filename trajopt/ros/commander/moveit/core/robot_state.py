@@ -185,12 +185,8 @@ def robotStateToRobotStateMsg(state: RobotState, copy_attached_bodies: bool = Tr
 def judged(
     scene: Scene, groups: Sequence[str], positions: Floats, required: Sequence[Requirement] = ()
 ) -> list[Validity]:
-    found: list[Validity] = []
-    for group in groups:
-        reduced = reduce_model(scene, group, positions)
-        here = positions[scene.robot.index(reduced.joint_names)]
-        found.append(validity(reduced, here, requirements=required))
-    return found
+    reduced = (reduce_model(scene, group, positions) for group in groups)
+    return [validity(each, each.start_positions, requirements=required) for each in reduced]
 
 
 def of_robot(state: Any) -> RobotState:

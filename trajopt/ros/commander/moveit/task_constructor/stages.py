@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from trajopt.files.messages import document_of, is_message
 from trajopt.files.moveit.constraints import read_constraints
-from trajopt.files.moveit.frames import reading_at, world_names
+from trajopt.files.moveit.frames import frame_named, reading_at
 from trajopt.files.moveit.planning_scene import edit_object
 from trajopt.files.moveit.scene_messages import checked_joint_positions
 from trajopt.problem.requirements import Requirement, follows_curve, frame_placement
@@ -35,7 +35,7 @@ from trajopt.tasks.result import TaskSegment
 from trajopt.tasks.search import Leg, TaskSearch, TaskStage, TaskState, Way
 from trajopt.tasks.sequence import StageRefusal
 from trajopt.values.arrays import Floats, Value, floats
-from trajopt.values.placement import IDENTITY, WORLD, Placement, placement
+from trajopt.values.placement import WORLD, Placement, placement
 from trajopt.values.shapes.shapes import placed_box
 
 Goal = Mapping[str, float] | Placement
@@ -65,8 +65,7 @@ def _required_of(constraints: Any, scene: Scene, at: Floats) -> tuple[tuple[Requ
 
 
 def _frame_of(header: Any, scene: Scene, at: Floats) -> Placement:
-    name = header.frame_id.removeprefix("/")
-    return IDENTITY if name in world_names(scene.robot) else scene.placement_of(name, at)
+    return scene.placement_of(frame_named(header.frame_id.removeprefix("/"), scene.robot), at)
 
 
 def _vector_of(message: Any) -> Floats:
@@ -442,8 +441,7 @@ class _Handling(Stage):
         if which not in self._lines:
             return Straight()
         motion, distances = self._lines[which]
-        name = motion.header.frame_id.removeprefix("/")
-        frame = WORLD if name in world_names(scene.robot) else name
+        frame = frame_named(motion.header.frame_id.removeprefix("/"), scene.robot)
         return Straight(distances[far], _vector_of(motion.twist.linear), frame)
 
 
@@ -524,7 +522,7 @@ class Place(_Handling):
         places = [
             grasping.Place(
                 placement=where,
-                frame=WORLD if frame in world_names(context.scene.robot) else frame,
+                frame=frame_named(frame, context.scene.robot),
                 lower=self._straight("lower", context.scene, far=far),
                 retreat=self._straight("retreat", context.scene, far=far),
             )
