@@ -19,7 +19,6 @@ from trajopt.planning import on_the_way
 from trajopt.problem.problem import Problem
 from trajopt.robot.joints import joint_unit
 from trajopt.robot.robot import Robot
-from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.timing.time_scaling import PathStop
 from trajopt.values.arrays import Floats, Printed, Value
@@ -95,9 +94,9 @@ class Commitment(Printed):
 
     def approach_query(self, scene: Scene, braking: Braking, clearance: float) -> ApproachQuery:
         """Return the query of the allowed approach speeds in a scene, with a further clearance [m]."""
-        problem = self.guard.problem
-        reduced = reduce_model(self.guard.tracked(scene), problem.group, problem.start_positions)
-        return ApproachQuery(reduced, braking, clearance + self.guard.options.distance_error)
+        return ApproachQuery(
+            self.guard.reduced(scene), braking, clearance + self.guard.options.distance_error
+        )
 
     def reset(self) -> None:
         self.motion = CommittedMotion(self.executor.joint_names, self.executor.state().commanded)
@@ -282,17 +281,18 @@ class CommitLoop(Printed, ABC):
         """The option `clock_tolerance` [s]."""
 
     @property
-    @abstractmethod
     def _engaged(self) -> bool:
         """Whether the robot has a task."""
+        return True
 
     @abstractmethod
     def _abandon(self) -> None:
         """Drop the task: the robot does not follow."""
 
-    @abstractmethod
     def _judge_again(self) -> None:
         """Judge the committed motion in the changed world, and stop if it is not proven."""
+        if self._commitment.broken():
+            self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
 
     def _watch(self) -> bool:
         if self._commitment.failed(engaged=self._engaged):

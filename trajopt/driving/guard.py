@@ -244,10 +244,6 @@ class Guard(CommitLoop):
         return self.options.clock_tolerance
 
     @property
-    def _engaged(self) -> bool:
-        return True
-
-    @property
     def _soonest(self) -> float:
         return self._commitment.soonest + self.options.lead
 

@@ -66,12 +66,14 @@ class MotionGuard(Value):
     def _tracked(self) -> LruCache[Scene, Scene]:
         return LruCache(2)
 
+    def reduced(self, scene: Scene) -> ReducedModel:
+        """Return the model of the group in a scene, off by the tracking tolerance, at the problem's start."""
+        return reduce_model(self.tracked(scene), self.problem.group, self.problem.start_positions)
+
     @cached_property
     def deviation(self) -> float:
         """Largest approach of two bodies that the tolerance can cause [m]."""
-        problem = self.problem
-        reduced = reduce_model(self.tracked(problem.scene), problem.group, problem.start_positions)
-        return float(reduced.pairs.error.max(initial=0.0))
+        return float(self.reduced(self.problem.scene).pairs.error.max(initial=0.0))
 
     def proven(
         self, motion: Trajectory, world: WorldSnapshot, begin: float, *, requirements: bool = True
@@ -96,7 +98,10 @@ class MotionGuard(Value):
         Raises:
             ShapeError: If the motion of an object is no longer predicted when it begins.
         """
-        reduced = self._reduced(motion, world.at(begin))
+        problem, scene = self.problem, world.at(begin)
+        positions = np.array(problem.start_positions)
+        positions[scene.robot.index(motion.joint_names)] = motion(0.0)
+        reduced = reduce_model(self.tracked(scene), problem.group, scene.robot.followed(positions))
         return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
 
     def failed_check(self, motion: Trajectory, world: WorldSnapshot, begin: float) -> str:
@@ -116,19 +121,7 @@ class MotionGuard(Value):
         return LruCache(2)
 
     def _judge(self, scene: Scene) -> Judge:
-        problem = self.problem
-
-        def make() -> Judge:
-            reduced = reduce_model(self.tracked(scene), problem.group, problem.start_positions)
-            return Judge(reduced, self.options)
-
-        return self._judges.get(scene, make)
-
-    def _reduced(self, motion: Trajectory, scene: Scene) -> ReducedModel:
-        problem = self.problem
-        positions = np.array(problem.start_positions)
-        positions[scene.robot.index(motion.joint_names)] = motion(0.0)
-        return reduce_model(self.tracked(scene), problem.group, scene.robot.followed(positions))
+        return self._judges.get(scene, lambda: Judge(self.reduced(scene), self.options))
 
     def _specification(self, motion: Trajectory, *, requirements: bool, clock: float = 0.0) -> Specification:
         problem, begins = self.problem, state_of(motion, 0.0)

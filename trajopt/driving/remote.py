@@ -6,13 +6,12 @@ The robot's process calls `attend` repeatedly, the planning process has a `Remot
 from multiprocessing.connection import Connection
 from typing import Any
 
-import numpy as np
-
 from trajopt.driving.executor import Executor, RobotState
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ExecutionError
 from trajopt.values.trajectory import Trajectory
 
+PROPERTIES, METHODS = "names", ("now", "state", "splice", "stop", "fault", "clear_fault")
 DELAY = 5e-3
 """Longest time of a message between two processes [s]: a motion that arrives later is refused."""
 
@@ -31,31 +30,13 @@ def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: floa
 
 def _answer(executor: Executor, name: str, arguments: tuple[Any, ...]) -> tuple[object, str]:
     try:
-        return _result(executor, name, arguments), ""
+        if name not in (PROPERTIES, *METHODS):
+            raise ExecutionError(f"request {name!r} does not exist")
+        if name == PROPERTIES:
+            return (executor.joint_names, executor.period, executor.latency, executor.tolerance), ""
+        return getattr(executor, name)(*arguments), ""
     except Exception as error:
         return None, str(error) or type(error).__name__
-
-
-def _result(executor: Executor, name: str, arguments: tuple[Any, ...]) -> object:
-    match name:
-        case "names":
-            return executor.joint_names, executor.period, executor.latency, executor.tolerance
-        case "now":
-            return executor.now()
-        case "state":
-            state = executor.state()
-            return state.stamp, state.positions, state.velocities, state.accelerations, state.commanded
-        case "splice":
-            rows, at = arguments
-            return executor.splice(Trajectory(*rows), at)
-        case "stop":
-            return executor.stop()
-        case "fault":
-            return executor.fault()
-        case "clear_fault":
-            return executor.clear_fault()
-        case _:
-            raise ExecutionError(f"request {name!r} does not exist")
 
 
 class RemoteExecutor:
@@ -68,7 +49,7 @@ class RemoteExecutor:
             ExecutionError: By this and all methods, if the request fails or the other process has ended.
         """
         self._connection, self._number = connection, 0
-        self.joint_names, self.period, latency, self.tolerance = self._request("names")
+        self.joint_names, self.period, latency, self.tolerance = self._request(PROPERTIES)
         self.joint_names: tuple[str, ...]
         self.period: float
         self.tolerance: Floats
@@ -78,19 +59,10 @@ class RemoteExecutor:
         return self._request("now")
 
     def state(self) -> RobotState:
-        return RobotState(*self._request("state"))
+        return self._request("state")
 
     def splice(self, trajectory: Trajectory, at: float) -> str:
-        rows = (
-            trajectory.joint_names,
-            *(
-                None if each is None else np.asarray(each)
-                for each in (
-                    trajectory.times, trajectory.positions, trajectory.velocities, trajectory.accelerations,
-                )
-            ),
-        )  # fmt: skip
-        return self._request("splice", rows, at)
+        return self._request("splice", trajectory, at)
 
     def stop(self) -> None:
         self._request("stop")

@@ -104,16 +104,8 @@ class Servo(CommitLoop):
     def _clock_tolerance(self) -> float:
         return self.options.clock_tolerance
 
-    @property
-    def _engaged(self) -> bool:
-        return True
-
     def _abandon(self) -> None:
         self._command = None
-
-    def _judge_again(self) -> None:
-        if self._commitment.broken():
-            self._commitment.stop(self.problem, "the committed motion is no longer clear", lambda _: None)
 
     def _rehearse(self) -> None:
         commitment, at = self._commitment, self._commitment.soonest

@@ -17,7 +17,6 @@ from trajopt.values.arrays import (
     floats,
     mapping,
     number,
-    one_of,
     several,
 )
 from trajopt.values.errors import ProblemError
@@ -53,7 +52,6 @@ class Twist(Value):
     def __post_init__(self) -> None:
         for name in ("linear", "angular"):
             object.__setattr__(self, name, floats(name, getattr(self, name), (3,)))
-        one_of("frame", self.frame, str)
 
 
 @checked

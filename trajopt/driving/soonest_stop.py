@@ -10,7 +10,6 @@ from trajopt.driving.servo_program import ApproachQuery, Braking
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import stop_from, with_jerk
 from trajopt.robot.joints import JointLimits
-from trajopt.scene.reducing import reduce_model
 from trajopt.timing.time_scaling import stop_after
 from trajopt.values.arrays import Floats, Value
 from trajopt.values.trajectory import Trajectory
@@ -111,8 +110,8 @@ def evading_stops(
     if not clear_at(guard, world, begin, ahead):
         return
     state, limits = _state(ahead), with_jerk(limits)
-    reduced = reduce_model(guard.tracked(world.scene), guard.problem.group, guard.problem.start_positions)
-    around = ApproachQuery(reduced, Braking(limits, SAMPLE_TIME), guard.options.distance_error)
+    braking = Braking(limits, SAMPLE_TIME)
+    around = ApproachQuery(guard.reduced(world.scene), braking, guard.options.distance_error)
     for share in MEASURED_AT:
         there = np.stack((stop(share * stop.duration), state[1], np.zeros(len(state[1]))))
         near = around.limits(there, world.clock(begin + share * stop.duration))
