@@ -68,10 +68,6 @@ class TaskSegment(PlannedSegment, Value):
     def rest(self) -> float:
         return sum(pause.seconds for pause in self.pauses)
 
-    @property
-    def duration(self) -> float:
-        return self.trajectory.duration + self.rest
-
     def settled(self) -> "TaskSegment":
         """Return the motion with a rest of at least `SETTLING`, if the robot has joints without a jerk limit.
 

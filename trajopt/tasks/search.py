@@ -204,12 +204,14 @@ def flat(stages: Sequence[TaskStage]) -> Iterator[TaskStage]:
         yield stage
 
 
-def held_after(stage: TaskStage, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-    """Check a stage as `TaskStage.held_after` does; the message names the stage."""
-    try:
-        return stage.held_after(scene, group, held)
-    except TrajoptError as error:
-        raise ProblemError(f"stage {shown(stage.name)}: {error}") from error
+def held_after(stages: Iterable[TaskStage], scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
+    """Check stages in order as `TaskStage.held_after` does; the message names the stage."""
+    for stage in stages:
+        try:
+            held = stage.held_after(scene, group, held)
+        except TrajoptError as error:
+            raise ProblemError(f"stage {shown(stage.name)}: {error}") from error
+    return held
 
 
 def check_frames(scene: Scene, required: Iterable[object]) -> None:

@@ -1,5 +1,6 @@
 """Several planned motions, in order: their times, and the whole as one motion."""
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,58 +28,44 @@ SAMPLE = 0.02
 """Time between two placements of an object in the hand, between which it moves straight [s]."""
 
 
-class MotionSegment(Protocol):
+class PlannedSegment(Protocol):
     """One motion with its rest."""
-
-    @property
-    def title(self) -> str:
-        """The names of its stages."""
-        ...
-
-    @property
-    def result(self) -> Result:
-        """The planning result."""
-        ...
-
-    @property
-    def rest(self) -> float:
-        """Rest at its end [s]."""
-        ...
-
-    @property
-    def duration(self) -> float:
-        """Of motion and rest [s]."""
-        ...
-
-    @property
-    def end(self) -> Floats:
-        """Positions of all joints at its end [rad | m]."""
-        ...
-
-    def positions(self, time: float) -> Floats:
-        """Return positions of all joints at a time."""
-        ...
-
-
-class PlannedSegment:
-    """The motion of a segment."""
 
     result: Result
 
     @property
+    @abstractmethod
+    def title(self) -> str:
+        """The names of its stages."""
+
+    @property
+    @abstractmethod
+    def rest(self) -> float:
+        """Rest at its end [s]."""
+
+    @property
     def scene(self) -> Scene:
+        """The scene in which it was planned."""
         return self.result.problem.scene
 
     @property
     def trajectory(self) -> Trajectory:
+        """The motion of its group."""
         return self.result.require().trajectory
+
+    @property
+    def duration(self) -> float:
+        """Of motion and rest [s]."""
+        return self.trajectory.duration + self.rest
 
     @checked
     def positions(self, time: float) -> Floats:
+        """Return positions of all joints at a time."""
         return self.result.problem.reduced.all_positions(self.trajectory(time))
 
     @property
     def end(self) -> Floats:
+        """Positions of all joints at its end [rad | m]."""
         return self.positions(self.trajectory.duration)
 
 
@@ -172,7 +159,7 @@ class StageRow:
         return f"{self.time or ''!s:23}{self.indented()}"
 
 
-Part = TypeVar("Part", bound=MotionSegment)
+Part = TypeVar("Part", bound=PlannedSegment)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -423,13 +410,13 @@ def _within(name: str, node: StageNode) -> bool:
     return f"{name}: ".startswith(f"{node.name}: ")
 
 
-def _stands(name: str, scenes: Sequence[tuple[float, MotionSegment, Scene]]) -> bool:
+def _stands(name: str, scenes: Sequence[tuple[float, PlannedSegment, Scene]]) -> bool:
     places = [scene.placement_of(name, segment.positions(0.0)) for _, segment, scene in scenes]
     inside = all(scene.holder(name).link == WORLD for _, _, scene in scenes)
     return inside and all(np.array_equal(place.homogeneous, places[0].homogeneous) for place in places)
 
 
-def _track(name: str, scenes: Sequence[tuple[float, MotionSegment, Scene]]) -> Track:
+def _track(name: str, scenes: Sequence[tuple[float, PlannedSegment, Scene]]) -> Track:
     times, placements = list[float](), list[Placement]()
     for begin, segment, scene in scenes:
         held = scene.holder(name).link != WORLD
@@ -441,7 +428,7 @@ def _track(name: str, scenes: Sequence[tuple[float, MotionSegment, Scene]]) -> T
     return Track.through(times, placements)
 
 
-def _of_joints(segment: MotionSegment, joints: tuple[str, ...]) -> Trajectory:
+def _of_joints(segment: PlannedSegment, joints: tuple[str, ...]) -> Trajectory:
     moving, reduced = segment.result.require().trajectory, segment.result.problem.reduced
     assert moving.velocities is not None
     assert moving.accelerations is not None

@@ -492,10 +492,11 @@ def held_after_each(
     items: Sequence[Item], scene: Scene, group: str, held: frozenset[str]
 ) -> Iterator[frozenset[str]]:
     for item in as_items(items):
-        after = held
-        for stage in item:
-            after = held_after(stage, scene, group, after)
-        yield after
+        yield held_after(item, scene, group, held)
+
+
+def _in_order(items: Sequence[Item]) -> list[TaskStage]:
+    return [stage for item in as_items(items) for stage in item]
 
 
 def held_after_any(items: Sequence[Item], scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
@@ -586,16 +587,10 @@ class ForEach(Value):
         object.__setattr__(self, "items", as_items(self.items))
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
-        for stage in self._stages:
-            held = held_after(stage, scene, group, held)
-        return held
+        return held_after(_in_order(self.items), scene, group, held)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        yield from in_sequence(self._stages, search, state)
-
-    @property
-    def _stages(self) -> list[TaskStage]:
-        return [stage for item in as_items(self.items) for stage in item]
+        yield from in_sequence(_in_order(self.items), search, state)
 
 
 @dataclass(frozen=True, eq=False)
@@ -618,16 +613,14 @@ class Within(Value):
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         for joint in self.limits.joints:
             scene.robot.index([joint])
-        for stage in self._stages:
-            held = held_after(stage, scene, group, held)
-        return held
+        return held_after(_in_order(self.items), scene, group, held)
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         begun = search.rested(state)
         if isinstance(begun, StageRefusal):
             yield begun
             return
-        for way in in_sequence(self._stages, search, begun):
+        for way in in_sequence(_in_order(self.items), search, begun):
             ended = way if isinstance(way, StageRefusal) else search.rested(way)
             if isinstance(ended, StageRefusal):
                 yield ended
@@ -637,10 +630,6 @@ class Within(Value):
                 yield StageRefusal(self.name, Status.STAGE_LIMITS, words)
             else:
                 yield ended
-
-    @property
-    def _stages(self) -> list[TaskStage]:
-        return [stage for item in as_items(self.items) for stage in item]
 
 
 @dataclass(frozen=True, eq=False)
@@ -678,8 +667,7 @@ class Together(Value):
                         f"{both} have joint {shown(joint)} in common: they cannot move together"
                     )
                 taken[joint] = self._group(item)
-            for stage in item:
-                held_after(stage, scene, group, held)
+            held_after(item, scene, group, held)
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:

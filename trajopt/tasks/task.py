@@ -84,9 +84,9 @@ class Task(Value):
             ProblemError: If there is no stage, or one cannot be done: an unknown object, a place before its
                 pick; or if its name begins with the name of another and ": ". The message names the stage.
         """
-        robot = one_of("scene", self.scene, Scene).robot
+        robot = self.scene.robot
         name_of("name", self.name)
-        group = one_of("group", self.group, str) or only_group(robot)
+        group = self.group or only_group(robot)
         start = stated_configuration(robot, "start", self.start, group=group)
         stages = several("stages", self.stages, TaskStage)
         if not stages:
@@ -96,14 +96,11 @@ class Task(Value):
         _check_steps(names)
         for attribute, value in (("group", group), ("stages", named), ("start", start), ("_start", start)):
             object.__setattr__(self, attribute, value)
-        one_of("stops", self.stops, bool)
         if number("blend", self.blend) < 0.0:
             raise ProblemError(f"blend must not be negative, is {self.blend:g} m")
         object.__setattr__(self, "constraints", tuple(sequence("constraints", self.constraints)))
         check_frames(self.scene, self.constraints)
-        held = held_objects(self.scene)
-        for stage in named:
-            held = held_after(stage, self.scene, group, held)
+        held_after(named, self.scene, group, held_objects(self.scene))
 
     @property
     def start_positions(self) -> Floats:

@@ -143,11 +143,7 @@ def _detour(on_curve: OnCurve, knots: CurveTrack) -> Detour:
     places = required.curve(knots.stations)
     points = on_curve.points(knots.positions)
     points[0], points[-1] = places.translation[0], places.translation[-1]
-    poses = [
-        Placement(readonly(rotation.copy()), readonly(point.copy()))
-        for rotation, point in zip(places.rotation, points, strict=True)
-    ]
-    curve = spline(poses)
+    curve = _through(points, places.rotation)
     far = float(np.linalg.norm(points - places.translation, axis=1).max())
     along = replace(required, curve=curve, until=curve.length)
     return Detour(along, CurveTrack(curve.poses, knots.positions), far)
@@ -187,9 +183,9 @@ def _bent_curves(curve: Curve, until: float, far: float) -> Iterator[Curve]:
     for angle in np.arange(SIDES) * (2.0 * np.pi / SIDES):
         aside = far * size[:, None] * (np.cos(angle) * first + np.sin(angle) * second)
         moved = places.translation + aside
-        yield spline(
-            [
-                Placement(readonly(rotation.copy()), readonly(point.copy()))
-                for rotation, point in zip(places.rotation, moved, strict=True)
-            ]
-        )
+        yield _through(moved, places.rotation)
+
+
+def _through(points: Floats, rotations: Floats) -> Curve:
+    each = zip(rotations, points, strict=True)
+    return spline([Placement(readonly(rotation.copy()), readonly(point.copy())) for rotation, point in each])

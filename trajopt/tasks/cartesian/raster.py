@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.tasks.cartesian.curves import polyline
-from trajopt.values.arrays import Bools, Floats, Ints, direction_of, floats, number, one_of, positive
+from trajopt.values.arrays import Bools, Floats, Ints, direction_of, floats, number, positive
 from trajopt.values.curve import Curve
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
@@ -52,17 +52,17 @@ def raster(
     Raises:
         ProblemError: If there is no such triangle, or the face is too small for a row.
     """
-    triangles = one_of("mesh", mesh, Mesh).triangles
+    triangles = mesh.triangles
     if not 0 <= face < len(triangles):
         raise ProblemError(f"face must be the index of one of {len(triangles)} triangles, is {face}")
     where = as_placement("at", at)
     positive("spacing", spacing)
     if number("margin", margin) < 0.0:
         raise ProblemError(f"margin must not be negative, is {margin:g} m")
-    part = _grown(mesh, face, positive("bend", bend))
-    corners = triangles[part]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
+    part = _grown(mesh, normals, face, positive("bend", bend))
+    corners, normals = triangles[part], normals[part]
     row, across = _axes(corners, normals, along)
     sides = corners @ across
     begin, end = float(sides.min()) + margin, float(sides.max()) - margin
@@ -83,10 +83,7 @@ def raster(
     return tuple(curves)
 
 
-def _grown(mesh: Mesh, face: int, bend: float) -> Ints:
-    triangles = mesh.triangles
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
+def _grown(mesh: Mesh, normals: Floats, face: int, bend: float) -> Ints:
     owners: dict[tuple[int, int], list[int]] = {}
     for index, corners in enumerate(mesh.faces.tolist()):
         for a, b in ((0, 1), (1, 2), (2, 0)):
@@ -195,16 +192,13 @@ def _interpolated(stations: Floats, places: Floats, values: Floats) -> Floats:
 
 
 def _bends(points: Floats, normals: Floats) -> Bools:
-    kept = np.ones(len(points), dtype=np.bool_)
-    for index in range(1, len(points) - 1):
-        before, after = points[index - 1], points[index + 1]
-        chord = (after - before) / np.linalg.norm(after - before)
-        off = points[index] - before
-        bent = float(np.linalg.norm(off - (off @ chord) * chord)) > STRAIGHT
-        turns = normals[index] - normals[[index - 1, index + 1]]
-        turned = float(np.abs(turns).max()) > STRAIGHT
-        kept[index] = bent or turned
-    return kept
+    before, after = points[:-2], points[2:]
+    chords = (after - before) / np.linalg.norm(after - before, axis=1)[:, None]
+    off = points[1:-1] - before
+    off -= (off * chords).sum(axis=1)[:, None] * chords
+    turns = np.abs(np.stack((normals[1:-1] - normals[:-2], normals[1:-1] - normals[2:])))
+    bent = (np.linalg.norm(off, axis=1) > STRAIGHT) | (turns.max(axis=(0, 2)) > STRAIGHT)
+    return np.concatenate(((True,), bent, (True,)))
 
 
 def _into(point: Floats, normal: Floats, row: Floats) -> Placement:

@@ -236,7 +236,6 @@ class GraspingOptions:
         for name in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(name, getattr(self, name)) <= 1.0:
                 raise ShapeError(name, f"must lie in (0, 1], is {getattr(self, name)}")
-        one_of("configurations", self.configurations, int)
         for name in ("aside", "turn", "contact_time", "configurations"):
             if number(name, getattr(self, name)) <= 0.0:
                 raise ShapeError(name, f"must be positive, is {getattr(self, name):g}")

@@ -21,7 +21,6 @@ from trajopt.tasks.grasping.result import PickPlaceResult
 from trajopt.tasks.grasping.stages import PickObject, PlaceObject, hand_of
 from trajopt.tasks.search import held_objects
 from trajopt.tasks.task import Task
-from trajopt.values.arrays import one_of, sequence, unless_none
 from trajopt.values.errors.arguments import checked
 
 Constraints = Sequence[Requirement | Constraint]
@@ -69,7 +68,10 @@ def pick_and_place(
             support moves by itself, or the budget requests improvement.
     """
     job = _job(scene, name, start, group, gripper, options, degrees=degrees)
-    stages = [_pick(name, grasps, gripper, constraints), _place(name, places, gripper, constraints)]
+    stages = [
+        PickObject(name, grasps, gripper, constraints, name=f"pick {name}"),
+        PlaceObject(name, places, gripper, constraints, name=f"place {name}"),
+    ]
     return _planned(scene, group, job, stages, rng, budget, cancel, progress)
 
 
@@ -95,8 +97,8 @@ def pick(
     In `final_scene` the object is attached to the hand.
     """
     job = _job(scene, name, start, group, gripper, options, degrees=degrees)
-    stages = [_pick(name, grasps, gripper, constraints)]
-    return _planned(scene, group, job, stages, rng, budget, cancel, progress)
+    stage = PickObject(name, grasps, gripper, constraints, name=f"pick {name}")
+    return _planned(scene, group, job, [stage], rng, budget, cancel, progress)
 
 
 @checked
@@ -126,26 +128,8 @@ def place(
         ProblemError: If the object is not attached.
     """
     job = _job(scene, name, start, group, gripper, options, degrees=degrees)
-    stages = [_place(name, places, gripper, constraints, opening)]
-    return _planned(scene, group, job, stages, rng, budget, cancel, progress)
-
-
-def _pick(
-    name: str, grasps: Sequence[Grasp], gripper: Gripper | None, constraints: Constraints
-) -> PickObject:
-    kept = tuple(sequence("constraints", constraints))
-    return PickObject(name, grasps, gripper, kept, name=f"pick {name}")
-
-
-def _place(
-    name: str,
-    places: Place | Sequence[Place],
-    gripper: Gripper | None,
-    constraints: Constraints,
-    opening: float | None = None,
-) -> PlaceObject:
-    kept = tuple(sequence("constraints", constraints))
-    return PlaceObject(name, places, gripper, kept, name=f"place {name}", opening=opening)
+    stage = PlaceObject(name, places, gripper, constraints, name=f"place {name}", opening=opening)
+    return _planned(scene, group, job, [stage], rng, budget, cancel, progress)
 
 
 def _job(
@@ -158,16 +142,15 @@ def _job(
     *,
     degrees: bool,
 ) -> Callable[..., Task]:
-    robot = one_of("scene", scene, Scene).robot
-    scene.object(one_of("name", name, str))
-    arm = one_of("group", group, str) or arm_of(robot, hand_of(scene, gripper, ""))
+    scene.object(name)
+    arm = group or arm_of(scene.robot, hand_of(scene, gripper, ""))
     return partial(
         Task,
         scene=scene,
         name=name,
-        start=stated_configuration(robot, "start", start, group=arm, degrees=degrees),
+        start=stated_configuration(scene.robot, "start", start, group=arm, degrees=degrees),
         group=arm,
-        options=unless_none("options", options, GraspingOptions) or GraspingOptions(),
+        options=options or GraspingOptions(),
         stops=True,
     )
 

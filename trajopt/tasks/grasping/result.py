@@ -53,15 +53,11 @@ class Segment(PlannedSegment):
 
     stage: Stage
     result: Result
-    rest: float = 0.0
+    rest: float = 0.0  # pyright: ignore[reportIncompatibleMethodOverride]
 
     @property
     def title(self) -> str:
         return self.stage.name
-
-    @property
-    def duration(self) -> float:
-        return self.trajectory.duration + self.rest
 
 
 class Timeline:
