@@ -18,7 +18,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement, Relaxation, Requirement
 from trajopt.problem.residual import WHOLE, Residual
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import Floats, function, one_of
+from trajopt.values.arrays import Floats, function
 from trajopt.values.errors import shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD
@@ -55,9 +55,8 @@ def explain(
     Raises:
         ProblemError: If an argument is of the wrong kind.
     """
-    one_of("plan_again", plan_again, bool)
     function("plan", plan)
-    if one_of("result", result, Result).alternatives:
+    if result.alternatives:
         name, nearest = next(iter(result.alternatives.items()))
         alone = explain(nearest, plan_again=plan_again, plan=plan)
         grounds = f"of the goal {shown(name)}, {alone.grounds}"
@@ -321,26 +320,21 @@ def longer(problem: Problem, deadline: float) -> ProblemChange:
 
 def may_touch(problem: Problem, link: str, name: str) -> ProblemChange:
     touching = replace(problem, scene=problem.scene.allow(link, name))
-    return ProblemChange(
-        what=f"contact of {link} and {name}",
-        unit="",
-        first=1.0,
-        largest=1.0,
-        words=lambda _: f"let {name} touch {link}",
-        apply=lambda amount: touching if amount >= 1.0 else problem,
-        whole=True,
-    )
+    return _whole(problem, touching, f"contact of {link} and {name}", f"let {name} touch {link}")
 
 
 def removed(problem: Problem, name: str) -> ProblemChange:
-    without = replace(problem, scene=_without(problem.scene, name))
+    return _whole(problem, replace(problem, scene=_without(problem.scene, name)), name, f"remove {name}")
+
+
+def _whole(problem: Problem, changed: Problem, what: str, words: str) -> ProblemChange:
     return ProblemChange(
-        what=name,
+        what=what,
         unit="",
         first=1.0,
         largest=1.0,
-        words=lambda _: f"remove {name}",
-        apply=lambda amount: without if amount >= 1.0 else problem,
+        words=lambda _: words,
+        apply=lambda amount: changed if amount >= 1.0 else problem,
         whole=True,
     )
 

@@ -57,7 +57,7 @@ class ConfigurationProblem:
         nlp = _OneKnotNlp(self, query)
         solved = SOLVER.solve(nlp, begin[None])
         soft = sum(block.cost / ELASTIC for block in solved.at.costs if block.loss is Loss.HINGE)
-        return ConfigurationSolution(solved.x[0], solved.feasible, float(soft), solved.at)
+        return ConfigurationSolution(solved.x[0], solved.feasible, float(soft))
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,6 @@ class ConfigurationSolution:
     positions: Floats
     holds: bool
     given: float
-    at: Linearisation
 
 
 class _OneKnotNlp:

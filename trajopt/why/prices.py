@@ -350,9 +350,7 @@ def _with_limits(problem: Problem, joints: Sequence[str], kind: str, amount: flo
         upper[index] += amount
         raised = replace(limits, lower=lower, upper=upper)
     else:
-        values = {
-            name: np.array(getattr(limits, name)) for name in ("velocity", "acceleration", "jerk", "effort")
-        }
-        values[kind][index] *= 1.0 + amount
-        raised = replace(limits, **{kind: values[kind]})
+        values = np.array(getattr(limits, kind))
+        values[index] *= 1.0 + amount
+        raised = replace(limits, **{kind: values})
     return replace(problem, scene=replace(problem.scene, robot=replace(robot, limits=raised)))

@@ -262,21 +262,18 @@ def _digits(axis: Floats) -> str:
     return " ".join(format(float(part), ".17e") for part in axis)
 
 
-def _revolute(axis: Floats) -> Any:
-    joint: Any = pin.JointModelRevoluteUnaligned(1.0, 0.0, 0.0)
-    joint.axis = axis  # the constructor would normalise it again
-    return joint
+def _unaligned(kind: Callable[[float, float, float], Any]) -> Callable[[Floats], Any]:
+    def joint(axis: Floats) -> Any:
+        made = kind(1.0, 0.0, 0.0)
+        made.axis = axis  # the constructor would normalise it again
+        return made
 
-
-def _prismatic(axis: Floats) -> Any:
-    joint: Any = pin.JointModelPrismaticUnaligned(1.0, 0.0, 0.0)
-    joint.axis = axis
     return joint
 
 
 _UNALIGNED: Mapping[str, Callable[[Floats], Any]] = {
-    pin.JointModelRevoluteUnaligned().shortname(): _revolute,
-    pin.JointModelPrismaticUnaligned().shortname(): _prismatic,
+    pin.JointModelRevoluteUnaligned().shortname(): _unaligned(pin.JointModelRevoluteUnaligned),
+    pin.JointModelPrismaticUnaligned().shortname(): _unaligned(pin.JointModelPrismaticUnaligned),
     pin.JointModelRevoluteUnboundedUnaligned().shortname(): _continuous,
 }
 

@@ -85,12 +85,9 @@ def _differences(bundle: Bundle, result: Result, arguments: PlanArguments) -> li
         found.append("planning was bounded by a clock, so it may end differently each time")
     now = versions()
     changed = [
-        f"{name} {then} then, {now.get(name, 'unknown')} now" for name, then in bundle.versions.items()
-    ]
-    changed = [
-        words
-        for words, name in zip(changed, bundle.versions, strict=True)
-        if bundle.versions[name] != now.get(name)
+        f"{name} {then} then, {now.get(name, 'unknown')} now"
+        for name, then in bundle.versions.items()
+        if then != now.get(name)
     ]
     return found + [f"versions: {', '.join(changed)}"] * bool(changed)
 
