@@ -589,8 +589,7 @@ def _new_collision_model(scene: Scene, robot: ReducedRobot) -> CollisionModel:
 def _with_model_error(pairs: BodyPairs, scene: Scene, bodies: Sequence[FixedBody]) -> BodyPairs:
     if not scene.model_error.displaces:
         return pairs
-    on_frames = (name for name, item in scene.objects.items() if item.frame != WORLD)
-    carried = [body for name in on_frames for body in scene.bodies_of(name) if body.frame != WORLD]
+    carried = scene.carried_bodies()
     error = approaches(scene.model_error, scene.robot, carried, bodies, pairs.first, pairs.second)
     required = pairs.required + error
     margin = np.where(error > 0.0, np.maximum(pairs.margin, required + ROOM), pairs.margin)

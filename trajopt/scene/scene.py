@@ -257,13 +257,18 @@ class Scene(Value):
 
     def object_bodies(self) -> tuple[CollisionBody, ...]:
         """Return the collision bodies of all objects, each fixed to a link or the world."""
-        return tuple(body for name in self.objects for body in self.bodies_of(name))
+        return self._bodies_of(self.objects.values())
 
-    def bodies_of(self, name: str) -> tuple[CollisionBody, ...]:
-        """Return the collision bodies of an object."""
-        item, holder = self.objects[name], self.holder(name)
+    def carried_bodies(self) -> tuple[CollisionBody, ...]:
+        """Return the collision bodies of the objects that links of the robot carry."""
+        on_frames = [item for item in self.objects.values() if item.frame != WORLD]
+        return tuple(body for body in self._bodies_of(on_frames) if body.frame != WORLD)
+
+    def _bodies_of(self, items: Iterable[SceneObject]) -> tuple[CollisionBody, ...]:
         return tuple(
-            CollisionBody(f"{name}/{count}", name, holder.link, holder.placement * where, shape)
+            CollisionBody(f"{item.name}/{count}", item.name, holder.link, holder.placement * where, shape)
+            for item in items
+            for holder in (self.holder(item.name),)
             for count, (shape, where) in enumerate(item.parts)
         )
 

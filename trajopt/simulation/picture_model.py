@@ -18,7 +18,7 @@ from trajopt.simulation.spec import add_geom, add_joints
 from trajopt.values.arrays import Floats
 from trajopt.values.cached import cached_per_value
 from trajopt.values.errors import MeshFileError
-from trajopt.values.placement import WORLD, Placement, from_quaternion, scalar_first
+from trajopt.values.placement import Placement, from_quaternion, scalar_first
 from trajopt.values.shapes.clouds import Points, Voxels, cloud_surface
 from trajopt.values.shapes.mesh import Mesh
 from trajopt.values.shapes.shapes import Plane, Shape, placed_box
@@ -130,7 +130,7 @@ def object_colours(reduced: ReducedModel, loose: Collection[str] = ()) -> dict[s
 
     Objects with equal names before a slash share a colour: "other/link1" and "other/link2" are one robot.
     """
-    carried = {body.owner for body in reduced.scene.object_bodies() if body.frame != WORLD}
+    carried = {body.owner for body in reduced.scene.carried_bodies()}
     colours: dict[str, Colour] = {}
     used: dict[str, Colour] = {}
     for name in reduced.scene.objects:
