@@ -189,6 +189,8 @@ def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
     ("entry", "place"),
     [
         ("{j: 3}", r"joint_limits\.j: must be a mapping"),
+        ("{j: {max_velocty: 1}}", r"joint_limits\.j: unknown key 'max_velocty'; did you mean 'max_velocity'"),
+        ("{j: {has_jerk_limit: true}}", r"joint_limits\.j: unknown key .* did you mean 'has_jerk_limits'"),
         ("{j: [1]}", r"joint_limits\.j: must be a mapping"),
         ("{j: {max_velocity: abc}}", r"joint_limits\.j\.max_velocity: must be a finite number, is 'abc'"),
         ("{j: {max_velocity: .nan}}", r"joint_limits\.j\.max_velocity"),
@@ -213,6 +215,12 @@ def test_a_number_with_an_exponent_and_no_point_is_a_limit(tmp_path: Path) -> No
     path = tmp_path / "joint_limits.yaml"
     path.write_text("joint_limits: {j: {max_velocity: 1e1}}\n")
     assert read_joint_limits(path)["j"]["max_velocity"] == 10.0
+
+
+def test_joint_limits_may_have_keys_of_other_programs(tmp_path: Path) -> None:
+    path = tmp_path / "joint_limits.yaml"
+    path.write_text("joint_limits: {j: {max_velocity: 1, max_deceleration: 2, angle_wraparound: true}}\n")
+    assert read_joint_limits(path) == {"j": {"max_velocity": 1.0}}
 
 
 def test_a_number_like_name_is_kept_as_a_key_and_reported_as_a_value(tmp_path: Path) -> None:

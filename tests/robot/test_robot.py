@@ -167,3 +167,10 @@ def test_installed_robots(name: str, group: str, joints: int, tool: str) -> None
     assert tool in robot.frame_names
     assert np.isfinite(robot.limits.take(robot.index(robot.group(group).joints)).acceleration).all()
     assert robot.bodies
+
+
+def test_a_urdf_given_as_srdf_is_refused(tmp_path: Path) -> None:
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text('<robot name="arm"><link name="base"/></robot>')
+    with pytest.raises(FileFormatError, match=r"arm\.urdf: is a URDF, no SRDF"):
+        to.load(urdf, srdf=urdf)

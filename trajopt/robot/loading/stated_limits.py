@@ -1,6 +1,7 @@
 """Joint limits in files such as MoveIt's `joint_limits.yaml`, and defaults for missing ones."""
 
 from collections.abc import Collection, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,6 +23,17 @@ _COLUMNS: Mapping[str, tuple[str, ...]] = {
     "has_position_limits": ("min_position", "max_position"),
 }
 _LIMITS = frozenset(key for keys in _COLUMNS.values() for key in keys)
+_OTHERS = frozenset(
+    (
+        "has_deceleration_limits",
+        "max_deceleration",
+        "min_velocity",
+        "min_acceleration",
+        "min_jerk",
+        "min_effort",
+    )
+)
+"""Keys of MoveIt and ros2_control that have no effect and resemble others."""
 _LARGEST = 1e300  # beyond it sums of limits overflow
 DEFAULT_VELOCITY = 1.0
 """Velocity limit [rad/s | m/s] of a joint whose description has none."""
@@ -139,6 +151,8 @@ def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]
             if key not in _COLUMNS["has_position_limits"] and number < 0.0:
                 raise FileFormatError(path, f"{place}.{key}: must not be negative, is {number:g}")
             found[str(key)] = number
+        elif key not in _OTHERS and (near := get_close_matches(str(key), (*_COLUMNS, *_LIMITS), 1, 0.8)):
+            raise FileFormatError(path, f"{place}: unknown key {shown(key)}; did you mean {shown(near[0])}?")
     lower, upper = found.get("min_position", -_LARGEST), found.get("max_position", _LARGEST)
     if found.get("has_position_limits", True) and lower > upper:
         raise FileFormatError(path, f"{place}: min_position {lower:g} is above max_position {upper:g}")
