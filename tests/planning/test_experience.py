@@ -2,6 +2,7 @@
 
 import sqlite3
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -215,7 +216,7 @@ def test_a_damaged_memory_is_named(tmp_path: Path) -> None:
     experience = Warehouse(tmp_path / "w").experience()
     to.plan(problem(), experience=experience)
     for arrays in ("{}", '{"start": [0], "goal": [], "scene": [], "knots": [[1, 2]]}', "nonsense"):
-        with sqlite3.connect(tmp_path / "w") as connection:
+        with closing(sqlite3.connect(tmp_path / "w")) as connection, connection:
             connection.execute("UPDATE memories SET arrays = ?", (arrays,))
         connection.close()
         with pytest.raises(FileFormatError, match="memory 1 is damaged"):

@@ -2,6 +2,7 @@
 
 import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from trajopt.values.errors import FileFormatError, ModelError
 
 
 def change(path: Path, *statements: str) -> None:
-    with sqlite3.connect(path) as connection:
+    with closing(sqlite3.connect(path)) as connection, connection:
         for statement in statements:
             connection.execute(statement)
     connection.close()
@@ -75,7 +76,7 @@ def test_an_empty_file_becomes_a_warehouse(tmp_path: Path) -> None:
     (tmp_path / "empty").touch()
     with Warehouse(tmp_path / "empty") as kept:
         assert kept.find() == ()
-    with sqlite3.connect(tmp_path / "empty") as connection:
+    with closing(sqlite3.connect(tmp_path / "empty")) as connection, connection:
         assert connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION
     connection.close()
 
@@ -168,6 +169,7 @@ def test_another_that_writes_too_long_is_named(
         with pytest.raises(FileFormatError, match="another process has been writing"):
             kept.add("cell", cell)
         blocker.execute("ROLLBACK")
+        blocker.close()
         assert kept.add("cell", cell).version == 2
     blocker.close()
 

@@ -5,6 +5,7 @@ import sqlite3
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ def test_a_kill_in_the_middle_loses_nothing(tmp_path: Path) -> None:
     found = run(tmp_path / "kept.warehouse", writes=40, kills=1, seed=1)
     assert found.acknowledged >= 40 and found.kills == 2
     assert (found.lost, found.half) == (0, 0)
-    with sqlite3.connect(tmp_path / "kept.warehouse") as connection:
+    with closing(sqlite3.connect(tmp_path / "kept.warehouse")) as connection, connection:
         assert connection.execute("PRAGMA integrity_check").fetchone()[0] == "ok"
     connection.close()
 

@@ -9,7 +9,7 @@ import sqlite3
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Generator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from threading import RLock
 from weakref import WeakSet
@@ -107,6 +107,9 @@ class Database(Forked):
     def close(self) -> None:
         with self.lock:
             self.disconnect()
+
+    def __del__(self) -> None:
+        self.disconnect()
 
     def disconnect(self) -> None:
         if self._connection is not None and not self._depth:
@@ -220,12 +223,12 @@ class Database(Forked):
             raise self.error(
                 f"is of format {version}, and this trajopt reads {VERSION}: it was written by a newer one"
             )
-        wanted = sqlite3.connect(":memory:")
-        wanted.executescript(_TABLES)
-        for name, stated in _tables(wanted).items():
+        with closing(sqlite3.connect(":memory:")) as wanted:
+            wanted.executescript(_TABLES)
+            required = _tables(wanted)
+        for name, stated in required.items():
             if found.get(name) != stated:
                 raise self.error(f"is not a warehouse: its table {shown(name)} is missing or another")
-        wanted.close()
         strange = [name for name, (kind, _) in found.items() if kind in ("trigger", "view")]
         if strange:
             raise self.error(f"has code of its own, which no warehouse has: {shown(strange[0])}")
