@@ -110,7 +110,11 @@ def set_param(param_name: str, param_value: object) -> None:
     world_or_current(None).node.parameters[param_name.removeprefix("/")] = param_value
 
 
-get_time, get_rostime = time.time, Time.now
+def get_time() -> float:
+    return time.time()
+
+
+get_rostime = Time.now
 
 
 def sleep(duration: float | Duration) -> None:
@@ -118,7 +122,24 @@ def sleep(duration: float | Duration) -> None:
     time.sleep(duration if isinstance(duration, int | float) else duration.to_sec())
 
 
-logdebug, loginfo, logwarn, logerr, logfatal = _LOG.debug, _LOG.info, _LOG.warning, _LOG.error, _LOG.critical
+def logdebug(msg: str, *args: object) -> None:
+    _LOG.debug(msg, *args)
+
+
+def loginfo(msg: str, *args: object) -> None:
+    _LOG.info(msg, *args)
+
+
+def logwarn(msg: str, *args: object) -> None:
+    _LOG.warning(msg, *args)
+
+
+def logerr(msg: str, *args: object) -> None:
+    _LOG.error(msg, *args)
+
+
+def logfatal(msg: str, *args: object) -> None:
+    _LOG.critical(msg, *args)
 
 
 class Publisher:
