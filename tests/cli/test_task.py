@@ -170,6 +170,54 @@ def test_a_job_is_driven_recorded_and_shown(job: Path, tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
 
 
+PICKING = """
+group: panda_arm
+start: ready
+masses: {cup: 0.2}
+stages:
+  - pick: cup
+  - place: cup
+    at: {position: [0.5, 0.1, 0.06]}
+"""
+TABLE_AND_CUP = """
+world:
+  collision_objects:
+    - id: table
+      header: {frame_id: world}
+      primitives: [{type: box, dimensions: [0.9, 1.4, 0.04]}]
+      primitive_poses: [{position: [0.65, 0.0, -0.02], orientation: [0, 0, 0, 1]}]
+    - id: cup
+      header: {frame_id: world}
+      primitives: [{type: cylinder, dimensions: [0.12, 0.03]}]
+      primitive_poses: [{position: [0.5, -0.2, 0.06], orientation: [0, 0, 0, 1]}]
+"""
+
+
+def test_a_job_states_the_masses_that_moveits_scene_lacks(job: Path, tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(TABLE_AND_CUP)
+    job.write_text(PICKING.replace("masses: {cup: 0.2}", ""))
+    done = run("run", job, "--robot", "panda", "--scene", scene)
+    assert "object 'cup' has no mass" in str(done.exception)
+    job.write_text(PICKING)
+    done = run("run", job, "--robot", "panda", "--scene", scene)
+    assert done.exit_code == 0, done.output
+    assert "completed the task after" in done.output
+
+
+@pytest.mark.parametrize(
+    ("masses", "words"),
+    [("{cap: 0.2}", "no object named 'cap'; did you mean 'cup'"), ("{cup: -1}", "mass of cup: is negative")],
+)
+def test_a_mass_that_fits_nothing_is_refused(job: Path, tmp_path: Path, masses: str, words: str) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(TABLE_AND_CUP)
+    job.write_text(PICKING.replace("{cup: 0.2}", masses))
+    done = run("check", job, "--robot", "panda", "--scene", scene)
+    assert isinstance(done.exception, FileFormatError)
+    assert words in str(done.exception)
+
+
 def test_a_job_without_a_plan_has_status_one(tmp_path: Path) -> None:
     path = tmp_path / "far.yaml"
     path.write_text("start: ready\ngroup: panda_arm\nstages: [{move_to: {position: [3, 0, 0]}, name: far}]")

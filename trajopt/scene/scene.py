@@ -626,6 +626,15 @@ class Scene(Value):
         where, nothing = self._placement_at(name, self._configuration("at", at)), frozenset[str]()
         return self._with(replace(item, placement=where, frame=WORLD, touch_links=nothing))
 
+    def with_mass(self, name: str, mass: float) -> Scene:
+        """Return the scene with another mass of an object [kg], as in `add`.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            ShapeError: If the mass is negative or not finite.
+        """
+        return self._with(replace(self.object(one_of("name", name, str)), mass=checked_mass(name, mass)))
+
     def allow(self, a: str, b: str | None = None, *, allowed: bool = True) -> Scene:
         """Allow contact of two bodies, or of one with anything (`b` None); `allowed=False` forbids it again.
 

@@ -254,7 +254,9 @@ def add_loose(
     It collides with everything. Its mass is distributed uniformly over its shapes.
     """
     if item.mass <= 0.0:
-        raise ModelError(f"object {shown(item.name)} has no mass; pass mass= to Scene.add")
+        raise ModelError(
+            f"object {shown(item.name)} has no mass: state it by Scene.add(mass=), or by `masses` in a job"
+        )
     if not item.parts:
         raise ModelError(f"object {shown(item.name)} has no shape; add one to grasp it")
     spec = report.spec

@@ -45,9 +45,9 @@ UPRIGHT = placement().rotation
 def read_task(path: Path | str, scene: Scene) -> Task:
     """Read a task from YAML, for a scene.
 
-    The file has `start` and `stages`, and optionally `group`, `blend` and `name`. A pose is a mapping of
-    `position` [m] and optionally `rpy` [rad] or `quaternion`. Each stage is a mapping with one of these keys,
-    and optionally `name`:
+    The file has `start` and `stages`, and optionally `group`, `blend`, `name` and `masses` (object -> [kg]),
+    which MoveIt's scenes lack. A pose is a mapping of `position` [m] and optionally `rpy` [rad] or
+    `quaternion`. Each stage is a mapping with one of these keys, and optionally `name`:
 
     - `move_to`: a state, joint -> position [rad | m], or a pose of the tool; optionally `group`,
     - `dwell` [s], `gripper` (opening [m]), `pick` (an object, with proposed grasps), `place` with `at`; the
@@ -79,7 +79,12 @@ def task_in(
         start: Start, if the document has none; likewise `name`.
         folder: Folder of the files of curves; None refuses them.
     """
-    document.only(("start", "stages", "group", "blend", "name"))
+    document.only(("start", "stages", "group", "blend", "name", "masses"))
+    for item, mass in document["masses"].members().items():
+        try:
+            scene = scene.with_mass(item, mass.number())
+        except TrajoptError as error:
+            raise mass.error(str(error)) from error
     group = document["group"].text(default="")
     cell = _Cell(scene, folder, group)
     return Task(
