@@ -168,6 +168,11 @@ def test_shapes_without_a_surface_to_hold_are_refused(
         grasps(panda, gripper, shape)
 
 
+def test_a_frame_without_a_shape_is_refused(panda: to.Robot, gripper: Gripper) -> None:
+    with pytest.raises(ModelError, match="'frame' has no shape"):
+        grasps_of(to.Scene(panda).add("frame", []), "frame", gripper)
+
+
 @pytest.mark.parametrize("staggered", [False, True])
 def test_a_pallet_is_filled_from_below_and_from_the_far_side(staggered: bool) -> None:
     corner = to.placement((0.4, 0.1, 0.03), rpy=(0.0, 0.0, 0.3))

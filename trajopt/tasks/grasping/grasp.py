@@ -269,7 +269,7 @@ def grasps_of(
 
     Raises:
         ObjectNotFound: If there is none of that id.
-        ModelError: If one of its shapes is a half-space, points or voxels.
+        ModelError: If it has no shape, or one of its shapes is a half-space, points or voxels.
     """
     one_of("gripper", gripper, Gripper)
     item = one_of("scene", scene, Scene).object(one_of("name", name, str))
@@ -319,7 +319,7 @@ def grips(item: SceneObject, reach: float, widths: tuple[float, float]) -> Itera
         reach: Largest overlap of the pads' centres with the object [m].
 
     Raises:
-        ModelError: If it has a shape without surface to hold.
+        ModelError: If it has no shape, or one without a surface to hold.
     """
     match item.parts:
         case [(Box(x, y, z), where)]:
@@ -329,6 +329,8 @@ def grips(item: SceneObject, reach: float, widths: tuple[float, float]) -> Itera
             found = _of_box((2.0 * radius, 2.0 * radius, 2.0 * radius), reach)
         case [(Cylinder() as shape, where)]:
             found = _of_cylinder(shape, reach)
+        case []:
+            raise ModelError(f"object {shown(item.name)} has no shape; add one to grasp it")
         case parts:
             for shape, _ in parts:
                 if isinstance(shape, Plane | Points | Voxels):
