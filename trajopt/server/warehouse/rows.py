@@ -154,8 +154,8 @@ def the_one(
 
 def _names(connection: sqlite3.Connection, kind: EntryKind | None) -> list[str]:
     rows = connection.execute(
-        "SELECT DISTINCT name FROM entries WHERE ?1 IS NULL OR kind = ?1",
-        (None if kind is None else kind.name,),
+        "SELECT DISTINCT name FROM entries WHERE :kind IS NULL OR kind = :kind",
+        {"kind": None if kind is None else kind.name},
     )
     return [name for (name,) in rows]
 
