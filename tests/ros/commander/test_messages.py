@@ -156,7 +156,7 @@ def test_products_of_matrices() -> None:
     both = turn.concatenate_matrices(first, second)
     assert np.allclose(both, first @ second)
     assert np.allclose(turn.concatenate_matrices(both, turn.inverse_matrix(both)), turn.identity_matrix())
-    about = turn.rotation_matrix(np.pi / 2, (0, 0, 2), (1, 0, 0))
+    about = turn.rotation_matrix(np.pi / 2, (0, 0, 2), np.array((1.0, 0.0, 0.0)))
     assert np.allclose(about @ (2, 0, 0, 1), (1, 1, 0, 1))
     assert np.allclose(turn.rotation_matrix(0.5, (1, 0, 0)), turn.euler_matrix(0.5, 0, 0))
     assert turn.unit_vector((0, 3, 4)) == pytest.approx((0, 0.6, 0.8))

@@ -98,8 +98,9 @@ def concatenate_matrices(*matrices: Floats) -> Floats:
 
 def rotation_matrix(angle: float, direction: Sequence[float], point: Sequence[float] | None = None) -> Floats:
     """Return the matrix of a turn [rad] about an axis through a point, by default the origin."""
-    turn, centre = quaternion_matrix(quaternion_about_axis(angle, direction).tolist()), point or (0.0,) * 3
-    return translation_matrix(centre) @ turn @ inverse_matrix(translation_matrix(centre))
+    turn = quaternion_matrix(quaternion_about_axis(angle, direction).tolist())
+    there = identity_matrix() if point is None else translation_matrix(point)
+    return there @ turn @ inverse_matrix(there)
 
 
 def unit_vector(data: Sequence[float]) -> Floats:
