@@ -172,5 +172,5 @@ def test_installed_robots(name: str, group: str, joints: int, tool: str) -> None
 def test_a_urdf_given_as_srdf_is_refused(tmp_path: Path) -> None:
     urdf = tmp_path / "arm.urdf"
     urdf.write_text('<robot name="arm"><link name="base"/></robot>')
-    with pytest.raises(FileFormatError, match=r"arm\.urdf: is a URDF, no SRDF"):
+    with pytest.raises(FileFormatError, match=r"arm\.urdf: is a URDF, not an SRDF"):
         to.load(urdf, srdf=urdf)

@@ -37,7 +37,7 @@ SAMPLES = 256
 SCOUTS = 32
 """Of these before a proof is tried: a clear one rules out the proof, and sampling is cheap."""
 FIRST_SCOUTS = 4
-"""Of these before moments are compared."""
+"""Of these, beside the still motion, before an inevitable contact is looked for at all."""
 
 
 @dataclass(frozen=True, kw_only=True)

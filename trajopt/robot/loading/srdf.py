@@ -83,7 +83,7 @@ def read_srdf(path: Path) -> Srdf:
     """Read an SRDF file."""
     root = read_xml(path, "SRDF")
     if root.find("link") is not None:
-        raise FileFormatError(str(path), "is a URDF, no SRDF: it describes links")
+        raise FileFormatError(str(path), "is a URDF, not an SRDF: it describes links")
     groups = [_read_group(path, group) for group in root.findall("group")]
     effectors = [_read_end_effector(path, item) for item in root.findall("end_effector")]
     positions: dict[tuple[str, str], Mapping[str, tuple[float, ...]]] = {}

@@ -11,7 +11,7 @@ import numpy as np
 
 from trajopt.values.arrays import Floats, Ints
 from trajopt.values.placement import Placement
-from trajopt.values.shapes.mesh import Mesh
+from trajopt.values.shapes.mesh import Mesh, crossings
 from trajopt.values.shapes.shapes import Shape, outermost
 from trajopt.values.shapes.surfaces import closed_surface, surface
 
@@ -37,9 +37,6 @@ TURNED = np.radians(30.0)
 OFF_EDGES = np.array((0.61803, 0.78615)) * 1e-7
 """Shift of a line, which else would meet the edges that symmetric solids have at their middle [m]."""
 
-OTHERS = (1, 2), (2, 0), (0, 1)
-"""The other corners of a triangle, for each."""
-
 SIDES = "+z", "+x", "-x", "+y", "-y", "-z"
 """Sides of an object: the top first."""
 DIRECTIONS = np.array([(0, 0, 1), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, -1)], dtype=np.float64)
@@ -57,20 +54,19 @@ class Pads:
         width: Their distance [m].
         closing: From one to the other, shape (3,), a unit vector.
         outward: Against the approach, shape (3,), a unit vector.
-        aligned: Whether that is almost a side of the solid.
     """
 
     middle: Floats
     width: float
     closing: Floats
     outward: Floats
-    aligned: bool = False
 
     @property
     def name(self) -> str:
         at = tuple((1e3 * self.middle).round().astype(int).tolist())
         along, out = (tuple((axis.round(2) + 0.0).tolist()) for axis in (self.closing, self.outward))
-        side = SIDES[int(np.argmax(DIRECTIONS @ self.outward))] if self.aligned else out
+        cosines = DIRECTIONS @ self.outward
+        side = SIDES[int(np.argmax(cosines))] if cosines.max() > ALIGNED else out
         return f"from {side} at {at} mm, closing along {along}"
 
     def is_like_one_of(self, others: Sequence["Pads"]) -> bool:
@@ -96,25 +92,9 @@ def places_of_pads(
     solid = _Solid(parts)
     if not len(solid.triangles):
         return
-    corners = outermost(solid.triangles.reshape(-1, 3))
-    wanted: list[list[tuple[tuple[bool, float, float], Pads]]] = [[] for _ in SIDES]
-    for line, square in _opposite(solid, widths[1]):
-        off = centre - line.middle
-        around = _around(line.closing)
-        aligned, farthest = around @ DIRECTIONS.T, (corners @ around.T).max(axis=0)
-        for start in (line.middle + off - (off @ line.closing) * line.closing, line.middle):
-            over = np.maximum(farthest - around @ start - reach, 0.0)
-            middles = start + over[:, None] * around
-            # To a millimetre, since below that a flat contact is worth more.
-            levers = np.linalg.norm(centre - middles, axis=1).round(3)
-            for outward, middle, lever, cosines in zip(around, middles, levers, aligned, strict=True):
-                side = int(np.argmax(cosines))
-                guess = Pads(middle, line.width, line.closing, outward, bool(cosines[side] > ALIGNED))
-                cost = not guess.aligned, float(lever), -square * float(cosines[side])
-                wanted[side].append((cost, guess))
-    for some in wanted:
+    for guesses in _guesses(solid, centre, reach, widths[1]):
         taken: list[Pads] = []
-        for _, guess in sorted(some, key=lambda one: one[0])[:TRIED]:
+        for _, guess in sorted(guesses, key=lambda one: one[0])[:TRIED]:
             if len(taken) == EACH:
                 break
             fitted = None if guess.is_like_one_of(taken) else _fitted(solid, guess)
@@ -156,11 +136,44 @@ class _Solid:
         return (self.triangles[near] - point) @ axes, near
 
 
-def _opposite(solid: _Solid, widest: float) -> Iterator[tuple[Pads, float]]:
-    """Yield pairs of points with almost opposite normals, and the cosine between these and the line.
+def _guesses(
+    solid: _Solid, centre: Floats, reach: float, widest: float
+) -> list[list[tuple[tuple[bool, float, float], Pads]]]:
+    """Return places of pads for each side, of which contact is not sure, each with its cost."""
+    corners = outermost(solid.triangles.reshape(-1, 3))
+    found: list[list[tuple[tuple[bool, float, float], Pads]]] = [[] for _ in SIDES]
+    for line in _opposite(solid, widest):
+        off = centre - line.middle
+        around = _around(line.closing)
+        aligned, farthest = around @ DIRECTIONS.T, (corners @ around.T).max(axis=0)
+        for start in (line.middle + off - (off @ line.closing) * line.closing, line.middle):
+            over = np.maximum(farthest - around @ start - reach, 0.0)
+            middles = start + over[:, None] * around
+            # To a millimetre, since below that a flat contact is worth more.
+            levers = np.linalg.norm(centre - middles, axis=1).round(3)
+            for outward, middle, lever, cosines in zip(around, middles, levers, aligned, strict=True):
+                side = int(np.argmax(cosines))
+                cosine = float(cosines[side])
+                cost = cosine <= ALIGNED, float(lever), -line.flatness * cosine
+                found[side].append((cost, Pads(middle, line.width, line.closing, outward)))
+    return found
 
-    `outward` is any.
+
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """A line between two points whose outward normals are almost opposite.
+
+    Attributes:
+        flatness: Cosine of the angle between these and the line.
     """
+
+    middle: Floats
+    width: float
+    closing: Floats
+    flatness: float
+
+
+def _opposite(solid: _Solid, widest: float) -> Iterator[_Line]:
     for point, face in zip(*_samples(solid.triangles), strict=True):
         inward = -solid.normals[face]
         bar, near = solid.along(_axes(inward), point, OFF_EDGES[1])
@@ -171,9 +184,9 @@ def _opposite(solid: _Solid, widest: float) -> Iterator[tuple[Pads, float]]:
         for height, other in zip(heights[here:, 1].tolist(), near[faces[here:, 1]].tolist(), strict=True):
             between = solid.normals[other] + inward
             closing = between / max(float(np.linalg.norm(between)), 1e-12)
-            square = float(closing @ inward)
-            if height <= widest and square >= np.cos(SLANT):
-                yield Pads(point + 0.5 * height * inward, height, closing, inward), square
+            flatness = float(closing @ inward)
+            if height <= widest and flatness >= np.cos(SLANT):
+                yield _Line(point + 0.5 * height * inward, height, closing, flatness)
 
 
 def _samples(triangles: Floats) -> tuple[Floats, Ints]:
@@ -217,14 +230,9 @@ def _spans(bar: Floats, offset: Floats) -> tuple[Floats, Ints]:
         Of each span in ascending order: begin and end, (s, 2) [m]; the triangles there, (s, 2). None if the
         line meets an edge.
     """
-    x, y = (bar[:, :, axis] - offset[axis] - OFF_EDGES[axis] for axis in (0, 1))
-    weight = np.stack([x[:, a] * y[:, b] - x[:, b] * y[:, a] for a, b in OTHERS], axis=1)
-    # The sum is twice the area seen along the line: positive if the line leaves the solid there.
-    area = weight.sum(axis=1)
-    met = np.flatnonzero((weight * np.sign(area)[:, None] > 0.0).all(axis=1))
-    heights = (weight[met] * bar[met, :, 2]).sum(axis=1) / area[met]
+    met, heights, areas = crossings(bar, (offset + OFF_EDGES)[None])
     order = np.argsort(heights)
-    depth = np.cumsum(-np.sign(area[met[order]]))
+    depth = np.cumsum(-np.sign(areas[order]))  # it leaves where a normal points along it
     ends = np.flatnonzero(depth == 0.0) if depth[-1:].sum() == 0.0 else np.empty(0, dtype=np.int64)
     pairs = order[np.stack((np.concatenate(([0], ends + 1))[: len(ends)], ends), axis=1)]
     return heights[pairs], met[pairs]

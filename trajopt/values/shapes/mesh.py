@@ -190,14 +190,29 @@ def _repeated(items: Ints, counts: Ints) -> tuple[Ints, Ints]:
 
 
 def _is_above(triangles: Floats, points: Floats) -> Bools:
+    met, heights, _ = crossings(triangles, points)
+    above = np.zeros(len(points), dtype=np.bool_)
+    above[met] = heights > points[met, 2]
+    return above
+
+
+def crossings(triangles: Floats, points: Floats) -> tuple[Ints, Floats, Floats]:
+    """Return the triangles that lines along z meet inside, and at which heights.
+
+    Args:
+        triangles: Corners, shape (m, 3, 3) [m].
+        points: On the line of each triangle, shape (m, 2 or 3) [m], or one for all of them.
+
+    Returns:
+        Indices (k,), heights (k,) [m], and double areas seen along the line, (k,) [m^2], positive if the
+        triangle is counter-clockwise seen from above.
+    """
     x, y = (triangles[:, :, axis] - points[:, None, axis] for axis in (0, 1))
     weight = np.roll(x, -1, axis=1) * np.roll(y, -2, axis=1) - np.roll(x, -2, axis=1) * np.roll(y, -1, axis=1)
-    within = np.flatnonzero((weight > 0.0).all(axis=1) | (weight < 0.0).all(axis=1))
-    weight = weight[within]
-    height = (weight * triangles[within, :, 2]).sum(axis=1) / weight.sum(axis=1)
-    above = np.zeros(len(points), dtype=np.bool_)
-    above[within] = height > points[within, 2]
-    return above
+    met = np.flatnonzero((weight > 0.0).all(axis=1) | (weight < 0.0).all(axis=1))
+    weight = weight[met]
+    areas = weight.sum(axis=1)
+    return met, (weight * triangles[met, :, 2]).sum(axis=1) / areas, areas
 
 
 ALONE = frozenset((".stl", ".dae", ".obj", ".ply", ".off"))
