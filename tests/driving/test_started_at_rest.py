@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from tests.driving.test_supervisor import CYCLE, kinds, problem
 from trajopt.driving import EventKind, IdealExecutor, RobotState, Supervisor, SupervisorOptions
-from trajopt.values.errors import ProblemError
+from trajopt.values.errors import ProblemError, ShapeError
 
 __all__ = ["problem"]  # a fixture
 
@@ -108,4 +108,18 @@ def test_noise_of_the_measured_speed_does_not_matter(problem: to.Problem) -> Non
     assert kinds(supervisor)[-1] is EventKind.REACHED
     arm.noise = 0.05
     with pytest.raises(ProblemError, match="the robot is moving"):
+        Supervisor(arm, problem)
+
+
+@pytest.mark.parametrize("name", ["positions", "velocities", "commanded"])
+@pytest.mark.parametrize("wrong", [np.zeros(0), np.full(9, np.nan)])
+def test_a_driver_that_measures_wrong_states_is_refused(
+    problem: to.Problem, name: str, wrong: np.ndarray
+) -> None:
+    class Wrong(IdealExecutor):
+        def state(self) -> RobotState:
+            return replace(super().state(), **{name: wrong})
+
+    arm = Wrong(problem.scene.robot.joint_names, problem.start_positions)
+    with pytest.raises(ShapeError, match=rf"^Executor.state\(\).{name}: "):
         Supervisor(arm, problem)

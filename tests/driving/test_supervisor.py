@@ -13,7 +13,7 @@ from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.planning import on_the_way
 from trajopt.values.errors import ProblemError, ShapeError
-from trajopt.verify import examine
+from trajopt.verify import Judge, examine
 
 CYCLE = 0.02
 
@@ -115,6 +115,18 @@ def test_stops_on_the_path_without_cycles(problem: to.Problem, last: float) -> N
     path = to.plan(done).require().trajectory(np.linspace(0.0, 10.0, 20_000))
     here = arm.state().positions[problem.scene.robot.index(problem.reduced.joint_names)]
     assert np.abs(path - here).max(axis=1).min() < 2e-3
+
+
+def test_goal_is_not_reached_at_a_stop_before_it(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    arm.advance(5.0)  # the loop pauses beyond the end of the whole motion
+    supervisor.cycle()
+    assert kinds(supervisor)[-1] is EventKind.STOPPING and supervisor.busy
+    run(arm, supervisor, 20.0)
+    assert kinds(supervisor)[-1] is EventKind.REACHED
+    reached = arm.state().positions[problem.scene.robot.index(problem.reduced.joint_names)]
+    assert all(check.holds for check in Judge(problem.reduced).check(reached, problem.goals))
 
 
 def test_committed_motion_is_proven_and_ends_at_rest_in_each_cycle(problem: to.Problem) -> None:

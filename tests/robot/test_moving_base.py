@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.driving import Guard, IdealExecutor, Servo
 from trajopt.robot.bases import MovingBase, planar_base, rail
 from trajopt.values.errors import GroupNotFound, JointNotFound, ModelError, ProblemError, ShapeError
 
@@ -191,3 +192,14 @@ def test_base_and_arm_plan_together_and_are_simulated(cart: Made) -> None:
     run = to.simulate(plan)
     assert run.diverged is None and not run.collisions
     assert run.tracking_error.maximum.max() < 0.02
+
+
+def test_wheels_are_not_pushed_sideways_by_many_short_motions(cart: Made) -> None:
+    scene = to.Scene(cart(base=plane(drive=to.bases.Drive.DIFFERENTIAL)))
+    names = scene.robot.group("all_of_it").joints
+    arm = IdealExecutor(names, np.zeros(len(names)))
+    problem = to.Problem(scene=scene, group="all_of_it", start={}, goal=dict.fromkeys(names, 0.0))
+    for take_over in (lambda: Guard(scene, "all_of_it", arm), lambda: Servo(arm, problem)):
+        with pytest.raises(ProblemError, match="group 'all_of_it' moves a base whose wheels roll"):
+            take_over()
+    Guard(scene, "arm", arm)

@@ -21,8 +21,8 @@ from trajopt.robot.joints import joint_unit
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.timing.time_scaling import PathStop
-from trajopt.values.arrays import Floats, Printed, Value
-from trajopt.values.errors import ProblemError
+from trajopt.values.arrays import Floats, Printed, Value, floats
+from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked_class
 from trajopt.values.printed import in_joint_position, in_range, in_unit
 from trajopt.values.shapes.clouds import Points, Voxels
@@ -66,7 +66,10 @@ class Commitment(Printed):
 
     @staticmethod
     def at_rest(executor: Executor, problem: Problem) -> "Commitment":
-        state = executor.state()
+        """Take over a robot at rest."""
+        state, size = executor.state(), len(executor.joint_names)
+        for name in ("positions", "velocities", "commanded"):
+            floats(f"Executor.state().{name}", getattr(state, name), (size,))
         if np.abs(state.velocities).max() > SETTLED:
             raise ProblemError("the robot is moving; it can be taken over only at rest")
         guard, journal = guard_of(problem, executor), Journal(executor.now)
@@ -305,6 +308,15 @@ class CommitLoop(Printed, ABC):
 
     def _on_clock(self, stamp: float | None) -> float:
         return on_clock(stamp, self.executor.now(), self._clock_tolerance)
+
+
+def refuse_rolling(problem: Problem) -> None:
+    """Refuse a group with a rolling base to a loop of short motions: each alone may slip a little."""
+    if problem.scene.robot.base.rolling(problem.reduced.joint_names):
+        raise ProblemError(
+            f"group {shown(problem.group)} moves a base whose wheels roll: the slip of many short motions "
+            "would add up; choose a group without the base"
+        )
 
 
 def off_track(executor: Executor, committed: CommittedMotion, robot: Robot) -> str:

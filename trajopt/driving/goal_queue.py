@@ -376,7 +376,7 @@ class GoalQueue(Printed):
             idle = self._request.goal is None and self.active.pause is None and self.followed is None
             if idle and self.later:
                 self._request.replace_goal(self.later.popleft())
-        elif now >= intended.end:
+        elif now >= intended.end and not self.active.partly_committed:
             self._arrived(intended)
         elif not self._changed_over(intended, now):
             self._extend(intended, now)

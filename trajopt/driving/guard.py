@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.driving.action_chunk import ActionChunk, ActionMotion, along_actions, joints_of
-from trajopt.driving.commit_loop import CommitLoop, joint_outside
+from trajopt.driving.commit_loop import CommitLoop, joint_outside, refuse_rolling
 from trajopt.driving.committed_motion import INSTANT, REST
 from trajopt.driving.events import EventKind
 from trajopt.driving.executor import Executor
@@ -144,7 +144,7 @@ class Guard(CommitLoop):
 
         Raises:
             JointNotFound: If the executor does not drive a joint of the group.
-            ProblemError: If the robot moves, or a joint of the group is outside its limits.
+            ProblemError: If the robot moves, a joint of the group is outside its limits, or its base rolls.
         """
         here = dict(zip(executor.joint_names, executor.state().commanded.tolist(), strict=True))
         joints = scene.robot.group(group).joints
@@ -155,6 +155,7 @@ class Guard(CommitLoop):
         for name in problem.reduced.joint_names:
             if outside := joint_outside(problem, name):
                 raise ProblemError(f"{outside}; move it inside before a guard takes over")
+        refuse_rolling(problem)
         super().__init__(executor, problem)
         self.options, self.frame = options, frame or tool_frame(problem.reduced)
         problem.reduced.attachment(self.frame)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trajopt.driving.commit_loop import CommitLoop
+from trajopt.driving.commit_loop import CommitLoop, refuse_rolling
 from trajopt.driving.committed_motion import REST
 from trajopt.driving.events import EventKind
 from trajopt.driving.servo_command import Command, Pose, ServoOptions, Twist
@@ -50,6 +50,7 @@ class Servo(CommitLoop):
     _speed: float = field(default=1.0, init=False)
 
     def __post_init__(self) -> None:
+        refuse_rolling(self.problem)
         super().__post_init__()
         self.frame = self.frame or tool_frame(self.problem.reduced)
         self.problem.reduced.attachment(self.frame)
