@@ -8,10 +8,13 @@ import pytest
 import trajopt as to
 from benchmarks.execution import STAGES
 from trajopt.driving import EventKind, IdealExecutor, Supervisor
+from trajopt.driving.active_motion import Pause
+from trajopt.driving.intended_motion import FULL_SPEED, GuardedGoal, IntendedMotion
 from trajopt.driving.motion_guard import MotionGuard, guard_of
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.planning import on_the_way
+from trajopt.timing.time_scaling import StopsAlong
 from trajopt.values.errors import ProblemError, ShapeError
 from trajopt.verify import Judge, examine
 
@@ -193,6 +196,20 @@ def test_stops_or_replans_for_an_appearing_obstacle(problem: to.Problem) -> None
     columns = problem.scene.robot.index(problem.reduced.joint_names)
     for positions in driven:
         assert examine(clear, positions[columns]).clear
+
+
+@pytest.mark.parametrize("begin", np.linspace(0.3, 0.8, 11))
+def test_a_rest_is_found_on_a_motion_that_returns_beside_it(problem: to.Problem, begin: float) -> None:
+    reduced = problem.reduced
+    knots = np.tile(reduced.start_positions, (3, 1))
+    knots[1, 0] += 0.3
+    knots[2, 1] += 5e-5
+    motion = to.Trajectory(reduced.joint_names, (0.0, 1.0, 2.0), knots, 0.0 * knots, 0.0 * knots)
+    goal = GuardedGoal(problem, guard_of(problem, supervised(problem)[0]))
+    stop = StopsAlong(motion, problem.limits).earliest(begin)
+    intended = IntendedMotion(goal=goal, planned=motion, trajectory=motion, scaling=FULL_SPEED, begin=0.0)
+    found = motion(Pause(intended, stop).rests_at)
+    assert np.abs(found - stop.trajectory(stop.trajectory.duration)).max() < 1e-9
 
 
 def test_requested_stop_is_the_soonest_proven_one(problem: to.Problem) -> None:

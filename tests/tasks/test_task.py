@@ -682,6 +682,17 @@ def test_a_budget_and_a_cancellation_end_it(cell: to.Scene) -> None:
         to.plan(task(cell, *stages), method="chomp")  # pyright: ignore[reportCallIssue, reportArgumentType]
 
 
+def test_a_joint_that_mimics_another_does_not_drive_a_gripper(
+    cell: to.Scene, grasps: tuple[Grasp, ...]
+) -> None:
+    hand = gripper_of(cell)
+    follower = hand.joint_names[0].replace("1", "2")
+    names, positions = (*hand.joint_names, follower), hand.positions.repeat(2, axis=1)
+    both = replace(hand, joint_names=names, positions=positions)
+    with pytest.raises(ProblemError, match=f"joint {follower} of the gripper follows {names[0]}"):
+        task(cell, PickObject("cup", grasps, gripper=both))
+
+
 Stages = Callable[[tuple[Grasp, ...], Place], Sequence[object]]
 BAD: dict[str, tuple[Stages, str]] = {
     "nothing": (lambda _g, _p: [], "at least one stage"),

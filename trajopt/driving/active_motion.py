@@ -42,8 +42,9 @@ class Pause(Value):
 
     @cached_property
     def rests_at(self) -> float:
-        stop = self.stop.trajectory
-        return time_at(self.intended.trajectory, stop(stop.duration), self.stop.leaves)
+        stop, leaves = self.stop.trajectory, self.stop.leaves
+        # No later than without braking: the motion may come near the same place again.
+        return time_at(self.intended.trajectory, stop(stop.duration), leaves, leaves + stop.duration)
 
 
 @dataclass(frozen=True, eq=False)

@@ -159,7 +159,7 @@ class IntendedMotion(Value):
         """Return the rest of the motion with another timing."""
         passed = self.passed(begin - self.begin)
         passes = {
-            name: time_at(trajectory, self.planned(time), 0.0)
+            name: time_at(trajectory, self.planned(time), 0.0, trajectory.duration)
             for name, time in self.passes.items()
             if name not in passed
         }
@@ -201,8 +201,8 @@ class IntendedMotion(Value):
         return replace(self, trajectory=trajectory, scaling=scaling, begin=time)
 
 
-def time_at(motion: Trajectory, positions: Floats, after: float) -> float:
-    times = np.linspace(after, motion.duration, NEAREST_SAMPLES + 1)
+def time_at(motion: Trajectory, positions: Floats, after: float, before: float) -> float:
+    times = np.linspace(after, min(before, motion.duration), NEAREST_SAMPLES + 1)
     time = float(times[np.linalg.norm(motion(times) - positions, axis=1).argmin()])
     for _ in range(NEWTON_STEPS):
         velocity = motion(time, 1)

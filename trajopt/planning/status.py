@@ -87,7 +87,7 @@ class Status(Enum):
     BRANCH_JUMP = "the curve goes on in another branch only, to which a joint would have to jump: begin there"
     GRIPPER_CANNOT = "the gripper cannot grasp or release as stated"
     STAGE_LIMITS = "no way was found to do the stage within its limits: widen them"
-    NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
+    NO_TIMING = "no speed along the path keeps the limits: widen the one that is named"
     NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"
 
 

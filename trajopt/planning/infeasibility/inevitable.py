@@ -107,7 +107,7 @@ class Occupied:
         each = ", ".join(f"{span.thing} (at {span.link}) {span.when}" for span in self.things)
         which = f"all {self.configurations} goal configurations found are"
         which = "the goal is" if self.configurations == 1 else which
-        till = "at all times" if self.until == inf else f"until {self.until:.2f} s"
+        till = "at all times" if self.until == inf else f"until at least {self.until:.2f} s"
         earliest = f", and nothing gets there before {self.begin:.2f} s" if self.begin > INTERVAL else ""
         how = f"occupied {till}"
         if self.dwell > 0.0:

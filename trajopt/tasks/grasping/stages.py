@@ -397,7 +397,15 @@ def _blended(line: Straight, search: TaskSearch) -> Straight:
 
 def hand_of(scene: Scene, given: Gripper | None, group: str) -> Gripper:
     """Return a given gripper, or the one of the SRDF that a group moves."""
-    return gripper_of(scene, group=group) if given is None else one_of("gripper", given, Gripper)
+    if given is None:
+        return gripper_of(scene, group=group)
+    mimics = scene.robot.mimics
+    for name in one_of("gripper", given, Gripper).joint_names:
+        if name in mimics:
+            raise ProblemError(
+                f"joint {name} of the gripper follows {mimics[name].source} and has no motor: leave it out"
+            )
+    return given
 
 
 def _refused(stage: str, names: CandidateNames, step: str, status: Status, reason: str) -> StageRefusal:
