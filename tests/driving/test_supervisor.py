@@ -204,7 +204,7 @@ def test_a_rest_is_found_on_a_motion_that_returns_beside_it(problem: to.Problem,
     knots = np.tile(reduced.start_positions, (3, 1))
     knots[1, 0] += 0.3
     knots[2, 1] += 5e-5
-    motion = to.Trajectory(reduced.joint_names, np.arange(3.0), knots, 0.0 * knots, 0.0 * knots)
+    motion = to.Trajectory(reduced.joint_names, np.array((0.0, 1.0, 2.0)), knots, 0.0 * knots, 0.0 * knots)
     goal = GuardedGoal(problem, guard_of(problem, supervised(problem)[0]))
     stop = StopsAlong(motion, problem.limits).earliest(begin)
     intended = IntendedMotion(goal=goal, planned=motion, trajectory=motion, scaling=FULL_SPEED, begin=0.0)
