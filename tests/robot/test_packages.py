@@ -168,6 +168,18 @@ def test_xacro_is_expanded_if_xacrodoc_is_installed(tmp_path: Path) -> None:
         to.load(file)
 
 
+def test_xacro_finds_a_folder_of_a_package_directory_by_its_name(tmp_path: Path) -> None:
+    pytest.importorskip("xacrodoc")
+    file = written_in_xacro(tmp_path)
+    shapes = tmp_path / "src" / "shapes"
+    (shapes / "package.xml").unlink()
+    with pytest.raises(FileFormatError, match="limb_macros"):
+        to.load(file)
+    copied = shapes.rename(tmp_path / "limb_macros")
+    for folder in (copied, tmp_path):
+        assert to.load(file, package_dirs=[folder]).joint_names == ("upper_joint", "fore_joint")
+
+
 def test_missing_xacrodoc_is_reported_with_the_install_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

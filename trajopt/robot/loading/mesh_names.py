@@ -7,12 +7,10 @@ from functools import cached_property
 from itertools import chain
 from pathlib import Path
 
-from trajopt.robot.loading.xml_file import read_xml
+from trajopt.robot.loading.xml_file import PACKAGE_FILE, read_xml
 from trajopt.values.documents.files import is_file
 from trajopt.values.errors import FileFormatError, MeshFileError, listed, shown
 
-PACKAGE_FILE = "package.xml"
-"""Manifest of a ROS package, with its name."""
 PACKAGE_PATHS = "ROS_PACKAGE_PATH"
 """Environment variable with the package folders of ROS 1."""
 PREFIXES = "AMENT_PREFIX_PATH"

@@ -118,6 +118,7 @@ def confine(expander: Any) -> None:
 
 
 def expand(request: dict[str, Any]) -> str:
+    """Return the URDF of a request; nothing else can be done in this process from then on."""
     # Before the guard, since nothing can be imported from then on.
     xacro, packages, *_ = (
         import_module(name) for name in ("xacro", "xacrodoc.packages", "yaml", "xml.dom.expatbuilder")
@@ -127,6 +128,7 @@ def expand(request: dict[str, Any]) -> str:
     finder.reset()
     finder.look_in(request["packages"])
     finder.walk_up_from(request["file"])
+    finder.update_package_cache(request["named"])
     guard(tuple(request["folders"]), tuple(request["searched"]))
     return str(expander.process_file(request["file"], mappings=request["arguments"]).toxml())
 

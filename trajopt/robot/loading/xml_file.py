@@ -65,6 +65,8 @@ def numbers(
     return found
 
 
+PACKAGE_FILE = "package.xml"
+"""Manifest of a ROS package, with its name."""
 SUFFIX = ".xacro"
 _PACKAGE = "xacrodoc"
 _CHILD = Path(__file__).with_name("xacro_child.py")
@@ -75,8 +77,9 @@ _ROS = ("AMENT_", "COLCON_", "ROS_")
 def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Path]) -> bytes:
     """Return the URDF of a xacro file.
 
-    `$(find NAME)` is the package of the file, a package in a package directory or next to the file's package,
-    or one that ROS knows. A child process that can only read these folders expands the file.
+    `$(find NAME)` is a package directory, or a folder in one, of this name without a manifest; the package of
+    the file; a package in a package directory or next to the file's package; or one that ROS knows. A child
+    process that can only read these folders expands the file.
 
     Args:
         package_dirs: Folders of packages, or with packages in them.
@@ -92,6 +95,7 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
         "file": str(path.absolute()),
         "arguments": dict(arguments),
         "packages": [*map(str, package_dirs), *beside],
+        "named": _folders(package_dirs),
         "folders": [os.path.realpath(folder) for folder in (*own, *package_dirs)],
         "searched": [os.path.realpath(folder) for folder in (*beside, *filter(os.path.isabs, known))],
     }
@@ -99,3 +103,9 @@ def expanded(path: Path, arguments: Mapping[str, str], package_dirs: Sequence[Pa
         return answer_of(_CHILD, json.dumps(request).encode(), environment=environment)
     except ProcessRefused as error:
         raise FileFormatError(str(path), f"cannot be expanded by xacro: {error}") from error
+
+
+def _folders(package_dirs: Sequence[Path]) -> dict[str, str]:
+    """Return the folders without a `package.xml`, which are found by their names, as those of meshes are."""
+    folders = [folder for each in package_dirs for folder in (each, *each.glob("*")) if folder.is_dir()]
+    return {folder.name: str(folder) for folder in folders if not (folder / PACKAGE_FILE).is_file()}
