@@ -58,6 +58,15 @@ def test_an_arm_and_its_gripper(tmp_path: Path) -> None:
     assert (gripper.parent_link, gripper.parent_group) == ("link3", "arm")
 
 
+def test_a_disc_that_turns_without_end_is_not_a_finger(tmp_path: Path) -> None:
+    disc = joint("motor", "continuous", "palm", "disc")
+    gripper = proposed(loaded(tmp_path, arm("", "base") + disc))["gripper"]
+    assert gripper.links == ("palm", "finger0", "finger1")
+    assert gripper.joints == ("finger_joint0", "finger_joint1")
+    two = arm("", "base", fingers=0) + disc + joint("other", "continuous", "palm", "other_disc")
+    assert proposed(loaded(tmp_path, two))["gripper"].driven == ("motor", "other")
+
+
 def test_two_arms_with_grippers(tmp_path: Path) -> None:
     groups = proposed(loaded(tmp_path, arm("left_", "base") + arm("right_", "base")))
     assert list(groups) == ["left_arm", "left_gripper", "right_arm", "right_gripper"]

@@ -21,6 +21,7 @@ class TreeLink:
         parent: The link above; empty for the root.
         driven: Whether it moves and mimics no other.
         slides: Whether its joint is prismatic.
+        endless: Whether its joint moves without end.
         length: Distance between the origins of both links at zero [m].
     """
 
@@ -30,6 +31,7 @@ class TreeLink:
     moving: bool
     driven: bool
     slides: bool
+    endless: bool
     length: float
 
 
@@ -54,14 +56,17 @@ class LinkTree:
             above = model.frames[joint.parentFrame]
             below[frame.name] = []
             if above.name not in links:
-                links[frame.name] = TreeLink(frame.name, "", "", False, False, False, 0.0)
+                links[frame.name] = TreeLink(frame.name, "", "", False, False, False, False, 0.0)
                 continue
             apart = data.oMf[place].translation - data.oMf[joint.parentFrame].translation
             moving = joint.name in robot.joint_names
             driven = moving and joint.name not in robot.mimics
             slides = moving and joint_unit(model, joint.name) == "m"
+            endless = moving and bool(np.isinf(robot.limits.upper[robot.index([joint.name])]).any())
             length = float(np.linalg.norm(apart))
-            links[frame.name] = TreeLink(frame.name, above.name, joint.name, moving, driven, slides, length)
+            links[frame.name] = TreeLink(
+                frame.name, above.name, joint.name, moving, driven, slides, endless, length
+            )
             below[above.name].append(frame.name)
         return LinkTree(links, {name: tuple(children) for name, children in below.items()})
 
@@ -256,7 +261,10 @@ def _chain(tree: LinkTree, base: str, tip: str, path: Sequence[str]) -> Proposed
 
 
 def _gripper(tree: LinkTree, palm: str, carrier: str, branches: Sequence[str]) -> ProposedGroup:
-    below = [link for child in branches for link in tree.subtree(child)]
+    subtrees = [tree.subtree(child) for child in branches]
+    # A part that only turns without end, such as a motor's disc, is not a finger.
+    fingers = [links for links in subtrees if any(link.moving and not link.endless for link in links)]
+    below = [link for links in fingers or subtrees for link in links]
     return ProposedGroup(
         name="",
         base="",
