@@ -280,6 +280,19 @@ def test_twist_in_the_tool_frame_follows_its_axes() -> None:
     assert velocities[-1] == pytest.approx(0.1 * along, abs=2e-3)
 
 
+def test_the_reason_why_a_command_is_not_followed_is_named() -> None:
+    problem = asked("panda")
+    robot = problem.scene.robot
+    feeble = replace(problem, scene=to.Scene(robot.with_torque_scaling(0.01))).reduced
+    overloads = Judge(feeble).overloads(feeble.start_positions)
+    held = robot.with_torque_scaling(0.0102 * max(each.torque / each.limit for each in overloads))
+    arm, servo = led(replace(problem, scene=to.Scene(held)))
+    lead(arm, servo, Twist((0.0, 0.0, 0.5)), 0.2)
+    assert not arm.state().velocities.any()
+    assert kinds(servo) == [EventKind.STOPPING]
+    assert "is not proven: panda_joint" in servo.events[0].words and "Nm" in servo.events[0].words
+
+
 def test_stops_for_an_appearing_obstacle() -> None:
     problem = asked("panda")
     arm, servo = led(problem)

@@ -123,3 +123,9 @@ def test_a_driver_that_measures_wrong_states_is_refused(
     arm = Wrong(problem.scene.robot.joint_names, problem.start_positions)
     with pytest.raises(ShapeError, match=rf"^Executor.state\(\).{name}: "):
         Supervisor(arm, problem)
+
+
+def test_motions_that_would_always_be_late_are_refused(problem: to.Problem) -> None:
+    arm = IdealExecutor(problem.scene.robot.joint_names, problem.start_positions, latency=0.1)
+    with pytest.raises(ProblemError, match="ahead must be longer than the latency of the executor"):
+        Supervisor(arm, problem)

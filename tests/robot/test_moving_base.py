@@ -203,3 +203,11 @@ def test_wheels_are_not_pushed_sideways_by_many_short_motions(cart: Made) -> Non
         with pytest.raises(ProblemError, match="group 'all_of_it' moves a base whose wheels roll"):
             take_over()
     Guard(scene, "arm", arm)
+
+
+def test_a_group_without_joints_is_not_guarded(cart: Made) -> None:
+    srdf = SRDF.replace("</robot>", '<group name="mount"><link name="tool"/></group></robot>')
+    robot = cart(srdf=srdf, base=plane())
+    arm = IdealExecutor(robot.joint_names, np.zeros(len(robot.joint_names)))
+    with pytest.raises(ProblemError, match="group 'mount' has no joint to move"):
+        Guard(to.Scene(robot), "mount", arm)

@@ -149,7 +149,7 @@ class Guard(CommitLoop):
         here = dict(zip(executor.joint_names, executor.state().commanded.tolist(), strict=True))
         joints = scene.robot.group(group).joints
         at_rest = {name: here[name] for name in joints if name in here}
-        if not at_rest:
+        if joints and not at_rest:
             raise JointNotFound("joint that is driven", joints[0], executor.joint_names)
         problem = Problem(scene=scene, group=group, start=here, goal=at_rest, constraints=constraints)
         for name in problem.reduced.joint_names:

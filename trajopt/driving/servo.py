@@ -145,9 +145,10 @@ class Servo(CommitLoop):
             return
         guard = commitment.guard
         if not guard.proven(motion, commitment.world, at):
-            commitment.journal.note_unless_latest(
-                EventKind.STOPPING, "the motion that follows the command is not proven to be clear"
-            )
+            if not self.events or self.events[-1].kind is not EventKind.STOPPING:
+                why = guard.failed_check(motion, commitment.world, at)
+                words = f"the motion that follows the command is not proven: {why}"
+                commitment.journal.note(EventKind.STOPPING, words)
         elif refused := commitment.offer(motion, at):
             commitment.journal.note_unless_latest(EventKind.REJECTED, refused)
         else:

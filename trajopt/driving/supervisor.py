@@ -49,6 +49,11 @@ class Supervisor(CommitLoop):
     _task: "DrivenTask | None" = field(init=False, default=None)
 
     def __post_init__(self) -> None:
+        ahead, latency = self.options.ahead, self.executor.latency
+        if ahead <= latency:
+            raise ProblemError(
+                f"ahead must be longer than the latency of the executor, {latency:g} s, is {ahead:g} s"
+            )
         super().__post_init__()
         self._active = ActiveMotion(self._commitment, self.options)
         self._goals = GoalQueue(self._commitment, self._active, self.options)

@@ -112,6 +112,8 @@ def test_a_path_to_the_present_pose_is_a_rest(arm: MoveGroupCommander, jumping: 
     [
         (lambda arm: arm.compute_cartesian_path(line(arm, 0.1), 0.01, "no"), "is True or False, not 'no'"),
         (lambda arm: arm.compute_cartesian_path(line(arm, 0.1), 0.0), "eef_step must be positive"),
+        (lambda arm: arm.compute_cartesian_path(line(arm, 0.1), "1 cm"), "eef_step: must be a number"),
+        (lambda arm: arm.compute_cartesian_path(line(arm, 0.1)[0], 0.01), "waypoints must be a list"),
         (lambda arm: arm.compute_cartesian_path([], 0.01), "give at least one waypoint"),
         (lambda arm: arm.compute_cartesian_path([[1, 2]], 0.01), "a pose is"),
         (lambda arm: arm.pick("cup"), "names no <end_effector>"),

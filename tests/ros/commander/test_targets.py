@@ -204,6 +204,7 @@ def test_joint_tolerance(arm: MoveGroupCommander, jumping: World) -> None:
         ),
         (lambda arm: arm.set_pose_target(stamped(GOAL, "tabel")), "no frame named 'tabel'"),
         (lambda arm: arm.set_pose_targets([]), "at least one pose"),
+        (lambda arm: arm.set_pose_targets(pose_of(placement())), "poses must be a list"),
         (lambda arm: arm.set_joint_value_target(pose_of(placement((3, 0, 0)))), "no configuration free of"),
         (lambda arm: arm.set_joint_value_target(pose_of(GOAL), True), "no approximate solutions"),
         (lambda arm: arm.shift_pose_target(6, 0.1), "axis must be 0 to 5"),

@@ -38,7 +38,7 @@ from trajopt.server.move_group.functions import PIPELINE, PLANNERS, Settings, on
 from trajopt.server.move_group.outcome import MoveItCommanderException
 from trajopt.tasks.cartesian import Followed
 from trajopt.tasks.grasping import PickPlaceResult
-from trajopt.values.arrays import Floats, floats, number
+from trajopt.values.arrays import Floats, floats, number, sequence
 from trajopt.values.documents.document import Node, read_document
 from trajopt.values.errors import (
     FrameNotFound,
@@ -594,7 +594,8 @@ class GroupTargets(GroupBase):
 
     def _aim(self, link: str, part: TargetKind, poses: Sequence[Any], frame: str = "") -> None:
         known = self._link(link)
-        placed = [framed_placement(pose, frame or self._reference) for pose in poses]
+        given = sequence("poses", poses)
+        placed = [framed_placement(pose, frame or self._reference) for pose in given]
         if not placed:
             raise MoveItCommanderException("set_pose_targets: give at least one pose")
         targets = tuple(PoseTarget(part, where, self._named(name)) for where, name in placed)

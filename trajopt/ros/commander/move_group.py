@@ -62,7 +62,7 @@ from trajopt.tasks.cartesian import Followed
 from trajopt.tasks.grasping import Grasp, Gripper, PickPlaceResult, Place, Straight, grasps_of, gripper_of
 from trajopt.tasks.sequence import PlannedSegment
 from trajopt.timing import RetimeFailure
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, positive, sequence
 from trajopt.values.errors import ObjectNotFound, SolverNotFound, shown
 from trajopt.values.placement import WORLD
 from trajopt.values.trajectory import Path, Trajectory
@@ -119,10 +119,10 @@ class GroupMotions(GroupBase):
             raise MoveItCommanderException(
                 f"compute_cartesian_path: avoid_collisions is True or False, not {shown(avoid_collisions)}"
             )
-        if not eef_step > 0.0:
-            raise MoveItCommanderException(f"eef_step must be positive, is {eef_step}")
+        positive("eef_step", eef_step)
         start = state_positions(self._start, self._world)
-        targets = [framed_placement(each, self._reference) for each in waypoints]
+        given = sequence("waypoints", waypoints)
+        targets = [framed_placement(each, self._reference) for each in given]
         message = Constraints() if path_constraints is None else path_constraints
         reading = reading_at(self._world.scene, start)
         constraints, scene = read_constraints(
