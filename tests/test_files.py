@@ -239,3 +239,9 @@ def test_a_number_like_name_is_kept_as_a_key_and_reported_as_a_value(tmp_path: P
     file.write_text("joints: {3: 0.1, '3': 0.2}\n")
     with pytest.raises(FileFormatError, match="the key '3' is there twice"):
         read_document(file)
+
+
+def test_a_control_character_is_reported_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "zeros.yaml").write_text("a: 1\0")
+    with pytest.raises(FileFormatError, match=r"^.*not allowed at position 4$"):
+        read_document(tmp_path / "zeros.yaml")

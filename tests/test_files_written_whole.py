@@ -1,5 +1,6 @@
 """A file that is written is there as a whole: also where two write it at once, or one fails in the midst."""
 
+import os
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -68,3 +69,15 @@ def test_an_interrupted_write_keeps_the_old_file(tmp_path: Path, monkeypatch: py
         write_archive(target, {"a": b"new"})
     assert Archive(target).read("a") == b"old"
     assert [each.name for each in tmp_path.iterdir()] == [target.name]
+
+
+def test_a_device_and_a_folder_are_refused_and_a_link_is_followed(tmp_path: Path) -> None:
+    pipe, folder, link = (tmp_path / name for name in ("pipe", "folder", "link"))
+    os.mkfifo(pipe)
+    folder.mkdir()
+    for each in pipe, folder:
+        with pytest.raises(FileFormatError, match="cannot be written: it is a folder or a device"):
+            write_text(each, "text")
+    link.symlink_to("target")
+    write_text(link, "text")
+    assert link.is_symlink() and (tmp_path / "target").read_text() == "text" and pipe.is_fifo()

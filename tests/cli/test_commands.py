@@ -285,8 +285,10 @@ def test_compare(folder: Path) -> None:
 
 
 def test_compare_refuses_other_files(folder: Path) -> None:
-    done = trajopt("compare", "--results", folder / "scene.yaml")
-    assert done.returncode == 2 and "holds no runs of a comparison" in done.stderr
+    for text, why in ("[]", "holds no runs that compare or suite wrote\n"), ("[", "cannot be parsed: "):
+        (folder / "runs.json").write_text(text)
+        done = trajopt("compare", "--results", folder / "runs.json")
+        assert done.returncode == 2 and f"runs.json: {why}" in done.stderr
     assert trajopt("compare", "--solver", "chump").returncode == 2
 
 
@@ -341,6 +343,11 @@ def test_view_with_json_prints_only_its_address(plan_file: Path) -> None:
     pytest.importorskip("viser", reason="the extra `view` is not installed")
     done = trajopt("view", plan_file, "--seconds", 0.1, "--port", 0, "--json")
     assert done.returncode == 0 and json.loads(done.stdout)["url"].startswith("http://127.0.0.1:")
+
+
+def test_demo_refuses_a_file_as_folder(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    assert trajopt("demo", "--no-picture", "--out", tmp_path / "file").returncode == 2
 
 
 def test_demo_without_pictures(tmp_path: Path) -> None:

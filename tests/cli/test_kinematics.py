@@ -45,6 +45,8 @@ def test_bad_input_is_one_line(urdf: Path) -> None:
         (("sample", "--robot", urdf, "--out", urdf.parent / "t.csv"), "written as .parquet or .npz"),
         (("sample", "--robot", urdf, "--frame", "tpi", "--out", urdf.parent / "t.npz"), "did you mean 'tip'"),
         (("reach", "--robot", urdf, "--group", "arm"), "no group named 'arm'"),
+        (("reach", "--robot", urdf, "--count", 10, "--cell", 1e-9), "cell: is 1e-09 m, which gives "),
+        (("reach", "--robot", urdf, "--directions", 10**12), "directions: must be at most 10000"),
     ):
         done = trajopt(*words)
         assert done.returncode == 2 and told in done.stderr and done.stderr.count("\n") == 1

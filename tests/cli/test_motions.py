@@ -130,6 +130,7 @@ def test_simulation_refuses_invalid_options(folder: Path, moving: tuple[Path, Pa
         (("--picture", folder / "a.bmp"), "use a suffix of .png, .gif, .mp4"),
         (("--moments", "0.1;0.2"), "--moments must be times with commas between, is '0.1;0.2'"),
         (("--robot", folder / "odd.urdf"), "with --robot give --scene and --request too"),
+        (("--picture", folder / "a.png", "--highlight", "pilar"), "no link or object named 'pilar'"),
     ):
         done = trajopt("simulate", moving[1], *words)
         assert done.returncode == 2 and why in done.stderr and done.stderr.count("\n") == 1
@@ -152,3 +153,13 @@ def test_a_plan_that_stood_the_test_alone_may_fail_among_them(folder: Path, plan
     motions.write_text(MOTIONS.format(x=0.4).replace("2.3", "0.3"))
     checked = trajopt("check", *common(folder), "--motions", motions, plan_file)
     assert checked.returncode == 1 and "pillar" in checked.stdout
+
+
+@pytest.mark.parametrize("command", [("check",), ("simulate",), ("view",), ("prove", "--out", "x.proof")])
+def test_a_motion_that_cannot_be_read_is_reported_as_such(
+    command: tuple[str, ...], folder: Path, tmp_path: Path
+) -> None:
+    for name, why in ("none.csv", "No such file or directory"), ("folder.yaml", "Is a directory"):
+        (tmp_path / "folder.yaml").mkdir(exist_ok=True)
+        done = trajopt(*command, tmp_path / name, folder=tmp_path)
+        assert done.returncode == 2 and f"{name}: cannot be read: {why}" in done.stderr

@@ -1,6 +1,8 @@
 """`trajopt plan --start --goal`: a motion without a file in YAML."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -39,6 +41,7 @@ def test_a_plan_without_files_is_checked_again_from_its_json(tmp_path: Path) -> 
         (("--goal", "redy"), "did you mean 'ready'"),
         (("--goal", "panda_joint1=much"), "is not joint=position"),
         (("--goal", "a b"), "--goal must be the name of a state"),
+        (("--goal", "panda_joint1=0.1 panda_joint1=0.2"), "--goal has two positions of one joint"),
         ((), "give --start and --goal"),
     ],
 )
@@ -46,3 +49,10 @@ def test_names_the_fault_of_a_goal(words: tuple[str, ...], said: str) -> None:
     done = trajopt(*PANDA, *words)
     assert done.returncode == 2
     assert said in " ".join(done.stderr.split())
+
+
+def test_warns_of_degrees_in_one_line() -> None:
+    command = [sys.executable, "-m", "trajopt", *PANDA, "--goal", "0.4 0.1 0.5 180 0 0"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stderr.startswith("trajopt: warning: rpy is (180, 0, 0) rad")
+    assert done.stderr.count("\n") == 1

@@ -43,3 +43,9 @@ def test_a_stream_leads_the_robot_and_is_recorded(folder: Path, tmp_path: Path) 
 def test_an_invalid_input_is_refused(folder: Path) -> None:
     done = trajopt("servo", *common(folder)[:4], "--input", "gamepat")
     assert done.returncode == 2 and "--input is gamepad, browser or a file" in done.stderr
+
+
+def test_axes_of_an_unknown_frame_are_refused_at_the_start(folder: Path, tmp_path: Path) -> None:
+    about = about_to_be_led(folder, tmp_path)
+    done = trajopt("servo", *about, "--axes", "tpi", "--port", 0, "--seconds", 0.1)
+    assert done.returncode == 2 and "no frame named 'tpi'" in done.stderr

@@ -123,6 +123,8 @@ def test_conflicting_arguments_are_refused(filled: Path, tmp_path: Path) -> None
     assert "give one of" in refused(ModelError, "add", filled, "x", *arm, *both)
     assert "give one of" in refused(ModelError, "add", filled, "x", *arm, "--request", tmp_path / "r.yaml")
     assert "did you mean 'cell'" in refused(EntryNotFound, "show", filled, "sell")
+    for day in ("--since", "0001-01-01T00:00+01:00"), ("--until", "9999-12-31"):
+        assert "is not a date" in refused(ModelError, "ls", filled, *day)
     assert "no such file" in refused(FileFormatError, "ls", tmp_path / "none")
     assert not (tmp_path / "none").exists()
 

@@ -236,3 +236,12 @@ def test_the_command_refuses_to_be_open(capfd: pytest.CaptureFixture[str]) -> No
 
 def test_the_limits_of_the_tests_are_smaller_than_those_of_everybody() -> None:
     assert SMALL.body < type(SMALL)().body
+
+
+@pytest.mark.parametrize("option", ["--port", "--rosbridge-port", "--mesh-port"])
+def test_a_port_that_does_not_exist_is_refused(option: str) -> None:
+    command = [sys.executable, "-m", "trajopt", "serve", "--robot", "planar2", "--port", "0"]
+    done = subprocess.run(
+        [*command, option, "99999"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 2 and "65535" in done.stderr and "Traceback" not in done.stderr

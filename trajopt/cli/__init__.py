@@ -4,6 +4,7 @@ Exit status: 0 a verified plan, 1 no plan found (with the reason), 2 bad input (
 """
 
 import sys
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 
@@ -11,7 +12,7 @@ import typer
 
 from trajopt.values.errors import TrajoptError
 
-BAD_INPUT = 2
+BAD_INPUT, INTERRUPTED = 2, 130
 COMMANDS: Mapping[str, str] = {
     "demo": "demo",
     "plan": "plan",
@@ -75,8 +76,16 @@ def _whole() -> None:
 
 def main() -> None:
     """Run the command line; errors of input are one line on standard error and exit status 2."""
+    if not set(OTHERS_WORDS).intersection(sys.argv[1:2]):  # whose warnings name a line of the script
+        warnings.formatwarning = _warning
     try:
         app_for(sys.argv[1:])()
+    except KeyboardInterrupt:  # during the imports; later typer ends the command
+        sys.exit(INTERRUPTED)
     except TrajoptError as error:
         sys.stderr.write(f"trajopt: {error}\n")
         sys.exit(BAD_INPUT)
+
+
+def _warning(message: Warning | str, *_: object) -> str:
+    return f"trajopt: warning: {message}\n"

@@ -36,7 +36,6 @@ def demo(
     Exit status 0 verified, 1 no plan, 2 bad input.
     """
     asked = named_problem(problem)
-    out.mkdir(parents=True, exist_ok=True)
     with progress_line() as line:
         result = plan(asked, progress=line.show)
     if not as_json:

@@ -43,6 +43,7 @@ from trajopt.simulation import render
 from trajopt.simulation.picture_files import check_path
 from trajopt.values.documents.document import write_json
 from trajopt.values.errors import ProblemError, shown
+from trajopt.values.placement import WORLD
 from trajopt.viewer.mirror import RunPublisher
 from trajopt.viewer.run_viewer import RunViewer, watch_run
 from trajopt.viewer.servo_page import ServoPage, servo_page
@@ -290,6 +291,8 @@ def _still_problem(source: RobotSource, scene: Path, motions: Path | None, group
 
 
 def _input(source: str, problem: Problem, frame: str, axes: str, port: int, host: str) -> ServoInput:
+    if axes != WORLD:
+        problem.reduced.attachment(axes)
     if source == GAMEPAD:
         return Gamepad(frame=axes)
     if source == BROWSER:

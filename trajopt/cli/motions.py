@@ -64,7 +64,7 @@ def check(
         raise typer.Exit(0 if checked.proven else 1)
     if robot is None and (several := motions_in(trajectory)) is not None:
         _check_several(several, as_json=as_json)
-    notes = list[str]()
+    notes, motion = list[str](), motion_in(trajectory)
     if robot is None or scene is None or request is None:
         problem = problem_of(trajectory, robot, scene, request, motions)
         if dwell or finish_by is not None:
@@ -73,7 +73,7 @@ def check(
         around, asked = options.read_files(robot.load(), scene, request, motions)
         problem = options.Ending(dwell, finish_by).of(asked.problem())
         notes += [*around.scene.robot.notes, *around.notes, *asked.notes]
-    motion = motion_in(trajectory).ordered(problem.reduced.joint_names)
+    motion = motion.ordered(problem.reduced.joint_names)
     # Of several goals any one will do: the verdict is that with the goal that is reached.
     verdicts = [judge(each, motion) for each in problem.alternatives.values() or (problem,)]
     certificate = next((verdict for verdict in verdicts if verdict.verified), verdicts[0])
@@ -111,8 +111,9 @@ def prove(
     as_json: options.JsonOption = False,
 ) -> None:
     """Write a proof of a motion, of any planner, and check it. Exit status 0 proven, 1 not, 2 bad input."""
+    trajectory = motion_in(motion)
     problem = problem_of(motion, robot, scene, request, motions)
-    size = save_proof(problem, motion_in(motion).ordered(problem.reduced.joint_names), out)
+    size = save_proof(problem, trajectory.ordered(problem.reduced.joint_names), out)
     found = check_proof(out)
     typer.echo(json.dumps({**asdict(found), **asdict(size)}) if as_json else f"{found.words}\n{out}: {size}")
     raise typer.Exit(0 if found.proven else 1)

@@ -91,8 +91,9 @@ def model_and_motion(
     motion: Path, source: RobotSource | None, scene: Path | None, request: Path | None, motions: Path | None
 ) -> tuple[ReducedModel, Trajectory]:
     """Return robot and motion of a file; arguments as in `problem_of`."""
+    trajectory = motion_in(motion)
     reduced = problem_of(motion, source, scene, request, motions).reduced
-    return reduced, motion_in(motion).ordered(reduced.joint_names)
+    return reduced, trajectory.ordered(reduced.joint_names)
 
 
 def nothing_beside(path: Path, source: RobotSource | None, *files: Path | None) -> None:
@@ -195,7 +196,10 @@ def scene_around(source: RobotSource, scene: Path | None, motions: Path | None) 
 def _configuration(option: str, text: str) -> str | list[float] | dict[str, float]:
     words = text.split()
     if any("=" in word for word in words):
-        return dict(_assigned(option, word) for word in words)
+        assigned = [_assigned(option, word) for word in words]
+        if len(dict(assigned)) < len(assigned):
+            raise ProblemError(f"{option} has two positions of one joint: {shown(text)}")
+        return dict(assigned)
     numbers = _numbers(words)
     if numbers is not None:
         return numbers

@@ -10,6 +10,7 @@ import typer
 from trajopt.cli.options import RobotSource, robot_options
 from trajopt.robot.robot import Robot
 from trajopt.values.errors import MissingExtra, ModelError
+from trajopt.viewer.server import LAST_PORT
 
 if TYPE_CHECKING:
     from trajopt.ros.rosbridge import RosbridgeOptions
@@ -29,11 +30,18 @@ class Ros(Enum):
 
 RosbridgePortOption = Annotated[
     int | None,
-    typer.Option("--rosbridge-port", help="Port of rosbridge; 0 for any free port.", rich_help_panel=PANEL),
+    typer.Option(
+        "--rosbridge-port",
+        max=LAST_PORT,
+        help="Port of rosbridge; 0 for any free port.",
+        rich_help_panel=PANEL,
+    ),
 ]
 MeshPortOption = Annotated[
     int,
-    typer.Option("--mesh-port", help="Port of the robot's meshes over HTTP.", rich_help_panel=PANEL),
+    typer.Option(
+        "--mesh-port", max=LAST_PORT, help="Port of the robot's meshes over HTTP.", rich_help_panel=PANEL
+    ),
 ]
 RosbridgeHostOption = Annotated[
     str,
@@ -91,7 +99,7 @@ OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.ros.ros
 SESSION_PAGE = "trajopt.viewer.live.page"
 """The module of the 3-D page of a session."""
 HostOption = Annotated[str, typer.Option("--host", help="Address to listen on.")]
-PortOption = Annotated[int, typer.Option("--port", help="Port; 0 for any free port.")]
+PortOption = Annotated[int, typer.Option("--port", max=LAST_PORT, help="Port; 0 for any free port.")]
 TokenOption = Annotated[
     str,
     typer.Option(
@@ -192,7 +200,7 @@ def serve(
     try:
         asyncio.run(served)
     except OSError as error:
-        raise ModelError(f"cannot listen: {error.strerror or error}") from error
+        raise ModelError(f"cannot listen: {error}") from error
 
 
 def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":

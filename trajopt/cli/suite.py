@@ -170,11 +170,11 @@ def compare(
 
 
 def read_runs(path: Path) -> tuple[RunOutcome, ...]:
+    document = cast("dict[str, list[dict[str, object]]]", read_json(path))
     try:
-        document = cast("dict[str, list[dict[str, object]]]", read_json(path))
         return tuple(RunOutcome.from_dict(item) for item in document["results"])
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
-        raise FileFormatError(str(path), f"holds no runs of a comparison ({error})") from error
+        raise FileFormatError(str(path), "holds no runs that compare or suite wrote") from error
 
 
 def _instances(

@@ -262,9 +262,9 @@ def _day(text: str, *, end: bool = False) -> datetime | None:
     try:
         when = datetime.fromisoformat(text)
         alone = len(text) == len(date.min.isoformat())
-    except ValueError as error:
+        return (when + timedelta(days=1) if end and alone else when).astimezone()
+    except (ValueError, OverflowError) as error:
         raise ModelError(f"{shown(text)} is not a date: write 2026-11-22, or 2026-11-22T14:30") from error
-    return when + timedelta(days=1) if end and alone else when
 
 
 def value_given(

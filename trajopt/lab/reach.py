@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from enum import Enum
 from importlib.util import find_spec
 from itertools import pairwise
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,8 @@ CELL = 0.05
 """Edge of a cell [m]."""
 DIRECTIONS = 100
 """Directions that the sphere around each cell is divided into."""
+MOST_DIRECTIONS, MOST_CELLS = 10_000, 10**8
+"""Most directions and cells; more would take gigabytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +147,8 @@ def reach_map(
         ShapeError: If a number is invalid, or no configuration is free of collision.
     """
     count_of("count", count)
-    count_of("directions", directions)
+    if count_of("directions", directions) > MOST_DIRECTIONS:
+        raise ShapeError("directions", f"must be at most {MOST_DIRECTIONS}, is {directions}")
     if number("length", length) < 0.0:
         raise ShapeError("length", f"is negative: {length:g} m")
     if not number("cell", cell) > 0.0:
@@ -199,11 +203,15 @@ class _Met:
 
 
 def _grid(met: _Met, cell: float, directions: int) -> dict[str, Any]:
-    index = np.floor(met.point / cell).astype(np.int64)
+    lines: Floats = np.floor(met.point / cell)
+    around = prod((lines.max(axis=0) - lines.min(axis=0) + 1.0).tolist())
+    if not around <= MOST_CELLS:
+        raise ShapeError("cell", f"is {cell:g} m, which gives {around:.3g} cells; at most are {MOST_CELLS:g}")
+    index = lines.astype(np.int64)
     lowest = index.min(axis=0)
     shape = tuple((index.max(axis=0) - lowest + 1).tolist())
     place = np.ravel_multi_index(tuple((index - lowest).T), shape)
-    cells = int(np.prod(shape))
+    cells = prod(shape)
     best = np.zeros(cells)
     np.maximum.at(best, place, met.manipulability)
     seen = np.unique(place * directions + met.direction) // directions

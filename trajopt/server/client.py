@@ -92,13 +92,14 @@ def error_of(status: int, document: object, after: object) -> ServerError:
 class _Retries:
     """Tries of a request, until a full server takes it or the patience is over [s]."""
 
-    def __init__(self, patience: float) -> None:
-        self._until = time.monotonic() + patience
+    def __init__(self, server: httpx.URL, patience: float) -> None:
+        self._server, self._until = server, time.monotonic() + patience
 
     def delay(self, error: httpx.HTTPError | ServerError) -> float:
         """Return the time until the next try [s]; raise the error if there is none."""
         if isinstance(error, httpx.HTTPError):
-            raise ServerError(0, "unreachable", str(error) or type(error).__name__) from error
+            reason = f"{self._server}: {str(error) or type(error).__name__}"
+            raise ServerError(0, "unreachable", reason) from error
         if error.retry_after is None or time.monotonic() + error.retry_after > self._until:
             raise error
         return error.retry_after
@@ -380,7 +381,7 @@ class Client:
 
     def send(self, call: Call) -> Any:
         """Send a request repeatedly while the server is full, and return the answer."""
-        retries = _Retries(self._patience)
+        retries = _Retries(self._http.base_url, self._patience)
         while True:
             try:
                 return self._once(call)
@@ -465,7 +466,7 @@ class AsyncClient:
 
     async def send(self, call: Call) -> Any:
         """Send a request repeatedly while the server is full, and return the answer."""
-        retries = _Retries(self._patience)
+        retries = _Retries(self._http.base_url, self._patience)
         while True:
             try:
                 return await self._once(call)

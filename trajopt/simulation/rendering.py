@@ -15,7 +15,7 @@ from trajopt.scene.reduced import ReducedModel
 from trajopt.simulation.camera import CameraView
 from trajopt.simulation.rollout import Rollout, SequenceLog
 from trajopt.values.arrays import function, number, one_of, several, unless_none
-from trajopt.values.errors import FileFormatError, ProblemError, ShapeError, shown
+from trajopt.values.errors import FileFormatError, FrameNotFound, ProblemError, ShapeError, shown
 from trajopt.values.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -81,6 +81,7 @@ def render(
 
     Raises:
         PlanningFailed: If the result has no plan.
+        FrameNotFound: If a highlighted link or object does not exist.
         ProblemError: If the motion or the file is missing.
         FileFormatError: If the suffix is another one (PNG for a problem), or the folder does not exist.
         MissingExtra: If a film (.mp4) is requested without the extra `film`.
@@ -96,6 +97,10 @@ def render(
     suffix = check_path(file)
     known, still = _known(reduced, drawn, file), suffix == ".png"
     _check_sizes(width, height, fps, even=suffix == ".mp4")
+    red, names = several("highlight", highlight, str), (*reduced.scene.robot.links, *reduced.scene.objects)
+    for name in red:
+        if name not in names:
+            raise FrameNotFound("link or object", name, names)
     times = moments_of(known, moments if drawn is not None else (0.0,)) if still else frame_times(known, fps)
     one_of("layout", layout, Layout)
     report = function("progress", progress) or _silent
@@ -105,7 +110,7 @@ def render(
         Canvas(width, height, shadow=min(4096, (6 if still else 3) * max(width, height))),
         pictures=len(times),
         camera=unless_none("camera", camera, CameraView),
-        highlight=several("highlight", highlight, str),
+        highlight=red,
     ) as studio:
         if still and layout is Layout.SUPERPOSED:
             write_strip(file, [studio.superposed(times)])

@@ -94,6 +94,14 @@ def test_a_failure_names_the_obstacle_and_the_nearest_free_configuration(
     assert ghosts == ["blocked", "free"]
 
 
+def test_a_goal_out_of_reach_has_the_nearest_configuration_as_moved_from_the_start(tmp_path: Path) -> None:
+    goal = to.placement((3.0, 0.0, 0.0))
+    result = to.plan(to.Problem(scene=to.Scene(to.load("planar2")), start=[0.5, 0.5], goal=goal))
+    nearest, page = result.explain(plan_again=False).nearest_free, text_of(result, tmp_path)
+    assert nearest is not None and np.abs(nearest.moved).max() > 0.1
+    assert all(f"{each:+.2f} deg" in page for each in np.degrees(nearest.moved))
+
+
 def test_a_problem_alone(failure: to.Result, tmp_path: Path) -> None:
     failure.problem.save(tmp_path / "problem.trajopt")
     for what in (failure.problem, read_bundle(tmp_path / "problem.trajopt")):
@@ -145,7 +153,7 @@ def test_nothing_that_others_wrote_is_more_than_text(plan: to.Result, kept: Bund
         "remedies": [{"words": HOSTILE}],
         "grounds": HOSTILE,
         "certainty": HOSTILE,
-        "nearest_free": {"positions": [0.0, 0.0], "clearance": 0.1},
+        "nearest_free": {"positions": [0.0, 0.0], "moved": [0.0, 0.0], "clearance": 0.1},
     }
     versions = {HOSTILE: HOSTILE}
     told = replace(

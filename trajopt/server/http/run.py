@@ -13,6 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from trajopt.server.http.answers import HttpOptions
 from trajopt.server.http.app import Metrics, http_app
 from trajopt.server.service import Service
+from trajopt.values.errors import ProblemError, shown
 
 LARGEST_HEAD = 16 * 1024
 """Bytes of a request's head."""
@@ -32,7 +33,12 @@ async def serve_http(
     family = socket.AF_INET6 if ":" in options.host else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind((options.host, options.port))
+        try:
+            listening.bind((options.host, options.port))
+        except (OSError, OverflowError) as error:
+            raise ProblemError(
+                f"nothing can be served on {shown(options.host)}, port {options.port}: {error}"
+            ) from error
         options = replace(options, port=int(listening.getsockname()[1]))
         server = Server(_config(service, options, metrics))
         serving = asyncio.create_task(server.serve([listening]))

@@ -117,7 +117,9 @@ def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]
         durable: Whether the file survives a power failure; takes some milliseconds.
     """
     try:
-        target = Path(path)
+        if Path(path).exists() and not Path(path).is_file():
+            raise FileFormatError(str(path), "cannot be written: it is a folder or a device")
+        target = Path(os.path.realpath(path))
         draft = target.with_name(f".trajopt-{token_hex(8)}")
         target.parent.mkdir(parents=True, exist_ok=True)
         try:

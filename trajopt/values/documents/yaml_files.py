@@ -98,7 +98,7 @@ def _key(node: Node) -> object:
 
 def _sentence(error: Exception) -> str:
     if not isinstance(error, yaml.MarkedYAMLError):
-        return str(error)
+        return str(error).replace('\n  in "<unicode string>",', " at")
     mark = error.problem_mark or error.context_mark
     said = ", ".join(part for part in (error.context, error.problem) if part)
     return said if mark is None else f"line {mark.line + 1}, column {mark.column + 1}: {said}"

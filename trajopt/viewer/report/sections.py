@@ -10,7 +10,7 @@ from trajopt.lab.suite.html import bar, table, used_share
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
 from trajopt.robot.joints import joint_unit
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, floats
 from trajopt.values.documents.document import Node
 from trajopt.values.printed import in_length, in_short, in_unit, shown_in
 from trajopt.verify import Certificate, Check, CheckKind, Evidence
@@ -168,15 +168,15 @@ def _nearest(subject: Subject) -> str:
     if free is None:
         return ""
     model, names = subject.problem.scene.robot.model, subject.problem.reduced.joint_names
-    asked = subject.problem.reduced.start_positions if subject.blocked is None else subject.blocked
-    rows = list[tuple[str, ...]]()
-    for name, before, after in zip(names, asked.tolist(), free.tolist(), strict=True):
-        unit, size = shown_in(joint_unit(model, name))
-        moved = f"{size * (after - before):+.2f} {unit}" if abs(after - before) > 1e-9 else ""
-        rows.append((escape(name), f"{size * before:.2f} {unit}", f"{size * after:.2f} {unit}", moved))
     near = subject.explanation["nearest_free"]
+    moves = floats(near["moved"].place, near["moved"].numbers(), (len(names),))
+    rows = list[tuple[str, ...]]()
+    for name, position, moved in zip(names, free.tolist(), moves.tolist(), strict=True):
+        unit, size = shown_in(joint_unit(model, name))
+        said = f"{size * moved:+.2f} {unit}" if abs(moved) > 1e-9 else ""
+        rows.append((escape(name), f"{size * position:.2f} {unit}", said))
     gap = "" if near["clearance"].missing else f", {in_length(near['clearance'].number())} clear"
-    head = ("joint", "not free", "nearest free", "moved by")
+    head = ("joint", "position", "moved by")
     return f"<h3>The nearest configuration that is free{gap}</h3>{table(head, rows, numbers=head[1:])}"
 
 
