@@ -38,7 +38,7 @@ from trajopt.tasks import (
     least_clearance,
 )
 from trajopt.tasks.cartesian import Begin, FollowOptions, line, raster
-from trajopt.tasks.grasping import Grasp, Place, grasps_of, gripper_of
+from trajopt.tasks.grasping import Grasp, Place, Straight, grasps_of, gripper_of
 from trajopt.tasks.grasping.simulation import Hold, simulate_handling, simulate_task
 from trajopt.values.errors import FileFormatError, NameNotFound, PlanningFailed, ProblemError, ShapeError
 from trajopt.viewer.report import write_report
@@ -680,6 +680,16 @@ def test_a_budget_and_a_cancellation_end_it(cell: to.Scene) -> None:
         to.plan(task(cell, *stages), budget=to.Budget(improve=True, seconds=1.0))
     with pytest.raises(ProblemError, match="method is an argument for a problem"):
         to.plan(task(cell, *stages), method="chomp")  # pyright: ignore[reportCallIssue, reportArgumentType]
+
+
+@pytest.mark.parametrize("far", [1e-9, 1e-6, 1e-4])
+def test_lines_shorter_than_a_tolerance_are_planned(
+    cell: to.Scene, grasps: tuple[Grasp, ...], far: float
+) -> None:
+    short = [replace(grasp, approach=Straight(far), lift=Straight(far)) for grasp in grasps]
+    assert to.plan(task(cell, PickObject("cup", short))).verified
+    curve = to.follows_curve("panda_hand_tcp", line(over(0.5, 0.1), over(0.5, 0.2)))
+    assert to.plan(task(cell, FollowCurve(curve, off=far))).verified
 
 
 def test_a_joint_that_mimics_another_does_not_drive_a_gripper(

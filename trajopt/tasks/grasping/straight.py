@@ -21,6 +21,8 @@ STEPS = 8
 """Number of configurations along a line checked before planning."""
 JUMP = 0.6
 """A joint that moves more between two of them has changed to another branch of solutions [rad | m]."""
+SHORTEST = 1e-6
+"""A shorter line has no direction [m]."""
 KNOTS = 12
 """Knots of a straight motion."""
 SHARE = 0.5
@@ -103,9 +105,10 @@ def along_line(
     The configurations are positions of all joints [rad | m].
     """
     begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
-    line = point_on_line(
-        tool, begin.translation, end.translation - begin.translation, tolerance=options.aside
-    )
+    way = end.translation - begin.translation
+    # A line shorter than the tolerance of a configuration may begin and end in the same one.
+    direction = way if np.linalg.norm(way) > SHORTEST else end.rotation[:, 2]
+    line = point_on_line(tool, begin.translation, direction, tolerance=options.aside)
     level = frame_placement(tool, end, position_tolerance=np.inf, rotation_tolerance=options.turn)
     return line, level
 
