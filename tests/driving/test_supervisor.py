@@ -1,16 +1,20 @@
 """A supervised robot is always committed to a proven stop, for any change of the world or planner."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import trajopt as to
 from benchmarks.execution import STAGES
+from tests.robots_for_tests import odd_arm
 from trajopt.driving import EventKind, IdealExecutor, Supervisor
 from trajopt.driving.active_motion import Pause
+from trajopt.driving.commit_loop import Commitment
 from trajopt.driving.intended_motion import FULL_SPEED, GuardedGoal, IntendedMotion
 from trajopt.driving.motion_guard import MotionGuard, guard_of
+from trajopt.driving.replanning import retime_on_path
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import stopping_motion
 from trajopt.planning import on_the_way
@@ -210,6 +214,24 @@ def test_a_rest_is_found_on_a_motion_that_returns_beside_it(problem: to.Problem,
     intended = IntendedMotion(goal=goal, planned=motion, trajectory=motion, scaling=FULL_SPEED, begin=0.0)
     found = motion(Pause(intended, stop).rests_at)
     assert np.abs(found - stop.trajectory(stop.trajectory.duration)).max() < 1e-9
+
+
+def test_a_motion_is_retimed_from_the_acceleration_with_which_it_begins(tmp_path: Path) -> None:
+    arm = odd_arm(tmp_path)
+    begin, goal = ({"pan": pan, "reach": 0.1, "elbow": 0.3, "wrist": 0.1} for pan in (0.0, 1.5))
+    still = to.Problem(scene=to.Scene(arm), start=begin, goal=goal)
+    found = to.plan(still).require()
+    half = arm.positions(begin | {"pan": 0.75})
+    over = still.scene.placement_of("fore", half).translation + np.array((0.0, 0.0, 0.9))
+    falls = to.Track.constant_velocity(to.placement(over), (0.0, 0.0, -1.0))
+    problem = replace(still, scene=still.scene.add("box", to.Box(0.1, 0.1, 0.3), motion=falls))
+    executor = IdealExecutor(still.reduced.joint_names, still.reduced.start_positions)
+    commitment = Commitment.at_rest(executor, problem)
+    assert commitment.splice(found.trajectory, 0.1)
+    intended = IntendedMotion.of(GuardedGoal(problem, commitment.guard), found, 0.1)
+    here = commitment.continued(problem, 0.1, commitment.world)
+    retimed = retime_on_path(commitment, intended, here, 0.1, patience=1.0)
+    assert retimed is None or commitment.splice(retimed.trajectory, 0.1)
 
 
 def test_requested_stop_is_the_soonest_proven_one(problem: to.Problem) -> None:

@@ -336,7 +336,7 @@ class GoalQueue(Printed):
             return False
         with commitment.journal.stage("retime"):
             here = commitment.continued(goal.problem, at, commitment.world)
-            found = retime_on_path(intended, here, commitment.world, at, patience)
+            found = retime_on_path(commitment, intended, here, at, patience)
         if found is None or commitment.soonest > at:
             return False
         commitment.journal.note(EventKind.SLOWING, "; ".join(found.remarks) or "the same path, hardly slower")

@@ -86,7 +86,7 @@ def _plan_in(
 
 
 def retime_on_path(
-    intended: IntendedMotion, here: Problem, world: WorldSnapshot, begin: float, patience: float
+    commitment: Commitment, intended: IntendedMotion, here: Problem, begin: float, patience: float
 ) -> TimedOnPath | None:
     """Return the rest of a motion with another timing on its path, proven to its end, or None.
 
@@ -99,8 +99,15 @@ def retime_on_path(
         return None
     rest = intended.after(begin)
     until = min(rest.duration + patience, timing.latest)
+    world, committed = commitment.world, commitment.motion
+
+    def proven(motion: Trajectory) -> bool:
+        # The end of a wait is no begin of a longer one: the acceleration may jump there.
+        refused = committed.refusal(motion, begin, earliest=begin)
+        return not refused and intended.goal.guard.proven(motion, world, begin)
+
     motions = timing.timing.timings(rest, until)
-    return next((each for each in motions if intended.goal.guard.proven(each.trajectory, world, begin)), None)
+    return next((each for each in motions if proven(each.trajectory)), None)
 
 
 def return_to_path(commitment: Commitment, problem: Problem, at: float, budget: Budget) -> Trajectory | None:
