@@ -192,6 +192,17 @@ def test_moving_frame_is_followed_and_reached_at_its_rest(problem: to.Problem) -
     assert tool_at(problem, arm.state().positions) == pytest.approx((0.5, 0.1, 0.35), abs=3e-3)
 
 
+def test_a_world_without_the_followed_frame_is_refused_and_changes_nothing(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    supervisor.see(with_cup(problem, -0.2))
+    supervisor.follow_goal("cup", offset=ABOVE_CUP, tool=TOOL)
+    supervisor.cycle()
+    with pytest.raises(FrameNotFound, match="cup"):
+        supervisor.see(problem.scene)
+    drive(arm, supervisor)
+    assert kinds(supervisor)[-1] is EventKind.REACHED
+
+
 def test_function_returns_the_goal_or_none(problem: to.Problem) -> None:
     arm, supervisor = supervised(problem)
 

@@ -138,7 +138,7 @@ class Supervisor(CommitLoop):
                 infinity it is followed until another command.
 
         Raises:
-            FrameNotFound: If the frame does not exist.
+            FrameNotFound: If the frame does not exist; also by `see`, for a world without it.
             ProblemError: If the tolerance is not positive, the time is negative, or `goal` is neither.
         """
         if number("tolerance", tolerance) <= 0.0 or number("hold", hold, infinite=True) < 0.0:
@@ -167,6 +167,9 @@ class Supervisor(CommitLoop):
                         self._task = None
 
     def see(self, scene: Scene, stamp: float | None = None) -> None:
+        followed = self._goals.followed
+        if followed is not None and isinstance(followed.target, str):
+            scene.holder(followed.target)  # refused here, not in each cycle
         super().see(scene if self._task is None else self._task.with_taken(scene), stamp)
 
     def stop(self) -> StopTaken:
