@@ -280,19 +280,6 @@ def test_twist_in_the_tool_frame_follows_its_axes() -> None:
     assert velocities[-1] == pytest.approx(0.1 * along, abs=2e-3)
 
 
-def test_the_reason_why_a_command_is_not_followed_is_named() -> None:
-    problem = asked("panda")
-    robot = problem.scene.robot
-    feeble = replace(problem, scene=to.Scene(robot.with_torque_scaling(0.01))).reduced
-    overloads = Judge(feeble).overloads(feeble.start_positions)
-    held = robot.with_torque_scaling(0.0102 * max(each.torque / each.limit for each in overloads))
-    arm, servo = led(replace(problem, scene=to.Scene(held)))
-    lead(arm, servo, Twist((0.0, 0.0, 0.5)), 0.2)
-    assert not arm.state().velocities.any()
-    assert kinds(servo) == [EventKind.STOPPING]
-    assert "is not proven: panda_joint" in servo.events[0].words and "Nm" in servo.events[0].words
-
-
 def test_stops_for_an_appearing_obstacle() -> None:
     problem = asked("panda")
     arm, servo = led(problem)
@@ -351,6 +338,22 @@ def test_gives_way_to_an_obstacle_on_a_track() -> None:
         assert nearest is not None
         apart = min(apart, nearest.distance)
     assert apart > 0.0
+
+
+@pytest.mark.parametrize(("torque", "moves"), [(0.4, True), (0.33, True), (0.2, False)])
+def test_motors_too_weak_for_the_accelerations_move_gently(torque: float, moves: bool) -> None:
+    robot = asked("panda").scene.robot.with_torque_scaling(torque)
+    scene = to.Scene(robot).add("table", *TABLE)
+    arm, servo = led(to.Problem(scene=scene, group="panda_arm", start="ready", goal="ready"))
+    speeds = np.linalg.norm(lead(arm, servo, Twist(linear=(0.0, SPEED, -SPEED / 2)), 0.6), axis=1)
+    assert (speeds[-1] > SPEED) == moves
+    said = [event.words for event in servo.events]
+    assert not said if moves else "panda_joint4 needs" in said[0] and "its limit is 17.4 Nm" in said[0]
+    servo.release("enough")
+    while servo.moving:
+        servo.tick()
+        arm.advance(PERIOD)
+    assert servo.events[-1].kind is EventKind.STOPPING
 
 
 def test_misuse_is_named() -> None:

@@ -9,7 +9,7 @@ from trajopt.driving import JointVelocities, Pose, Twist
 from trajopt.driving.motion_guard import MotionGuard
 from trajopt.driving.world_snapshot import WorldSnapshot
 from trajopt.optimise.methods.timing import with_jerk
-from trajopt.verify import Judge
+from trajopt.verify import Judge, Verdict
 
 
 @pytest.mark.parametrize("name", ["panda", "ur5"])
@@ -82,13 +82,14 @@ def test_a_pose_is_reached_without_overshoot(name: str) -> None:
 
 def test_rehearsal_proves_a_motion_without_moving(monkeypatch: pytest.MonkeyPatch) -> None:
     proven: list[bool] = []
-    whole = MotionGuard.proven
+    whole = MotionGuard.verdict
 
-    def counted(guard: MotionGuard, motion: to.Trajectory, world: WorldSnapshot, begin: float) -> bool:
-        proven.append(whole(guard, motion, world, begin))
-        return proven[-1]
+    def counted(guard: MotionGuard, motion: to.Trajectory, world: WorldSnapshot, begin: float) -> Verdict:
+        found = whole(guard, motion, world, begin)
+        proven.append(found.verified)
+        return found
 
-    monkeypatch.setattr(MotionGuard, "proven", counted)
+    monkeypatch.setattr(MotionGuard, "verdict", counted)
     arm, servo = led(asked("panda"))
     assert proven == [True], "so a first tick takes no longer than the others"
     assert not servo.moving and not servo.events and not arm.state().velocities.any()

@@ -8,7 +8,7 @@ import pytest
 
 import trajopt as to
 from trajopt.driving import EventKind, Fault, FaultKind, Sensors, SimulatedExecutor, Supervisor
-from trajopt.values.errors import JointNotFound
+from trajopt.values.errors import JointNotFound, ModelError
 
 CYCLE = 0.02
 
@@ -174,3 +174,38 @@ def test_delayed_states_are_compared_with_the_motion_at_their_stamp(problem: to.
     supervisor.go(problem)
     run(arm, supervisor, 5.0)
     assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
+
+
+class TestWithoutMasses:
+    """A robot whose description has no inertias is placed on its motion at each time."""
+
+    @pytest.fixture
+    def problem(self, planar_arm: to.Robot) -> to.Problem:
+        return to.Problem(scene=to.Scene(planar_arm), group="arm", start=(0.0, 0.0), goal=(0.4, 0.3))
+
+    def test_is_at_each_time_where_its_motion_is(self, problem: to.Problem) -> None:
+        arm, supervisor = driven(problem)
+        worst = 0.0
+        while supervisor.busy:
+            supervisor.cycle()
+            arm.advance(arm.period)
+            truth = arm.truth()
+            worst = max(worst, float(np.abs(truth.positions - truth.commanded).max()))
+        assert not arm.dynamic and worst < 1e-9 and arm.saturated == ()
+        assert kinds(supervisor) == [EventKind.STARTED, EventKind.REACHED]
+
+    def test_contacts_and_stuck_joints_are_found(self, problem: to.Problem) -> None:
+        elbow = problem.scene.placement_of("fore", to.plan(problem).require())
+        arm, supervisor = driven(problem, world=problem.scene.add("ball", to.Sphere(0.1), elbow))
+        run(arm, supervisor, 5.0)
+        assert any("ball" in contact.pair for contact in arm.contacts_at_fault)
+        stuck = Fault(kind=FaultKind.STUCK, begin=0.1, end=9.0, joint=problem.reduced.joint_names[0])
+        arm, supervisor = driven(problem, stuck)
+        run(arm, supervisor, 5.0)
+        assert EventKind.OFF_TRACK in kinds(supervisor) and EventKind.REACHED not in kinds(supervisor)
+        assert arm.truth().positions[0] < 0.2 and arm.truth().velocities[0] == 0.0
+
+    def test_loose_objects_need_masses(self, problem: to.Problem) -> None:
+        world = problem.scene.add("part", to.Box(0.1, 0.1, 0.1), to.placement((3.0, 0.0, 0.0)), mass=1.0)
+        with pytest.raises(ModelError, match="moves no mass"):
+            SimulatedExecutor(world, problem.start_positions, loose=("part",))

@@ -90,8 +90,11 @@ class Journal(Printed):
         self._lasting[kind] = words
 
     def note_unless_latest(self, kind: EventKind, words: str) -> None:
-        if not self.events or self.events[-1].kind is not kind:
+        if not self.latest_is(kind):
             self.note(kind, words)
+
+    def latest_is(self, kind: EventKind) -> bool:
+        return bool(self.events) and self.events[-1].kind is kind
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:

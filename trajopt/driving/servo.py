@@ -18,12 +18,18 @@ from trajopt.values.arrays import Floats, number
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked_class
 from trajopt.values.trajectory import Trajectory
+from trajopt.verify.checks.torques import TorqueCriterion
+from trajopt.verify.specification import Verdict
 
 DEFAULT = ServoOptions()
 ROUNDING = 1e-9
 """Times closer than this are equal [s]."""
 REHEARSED = Twist(np.array((0.01, 0.0, 0.0)))
 """Command of the rehearsal before the first tick: any that moves a tool."""
+LEAST_SHARE = 1.0 / 64.0
+"""Smallest share of the acceleration limits tried if motors are too weak for more; below, gravity alone is
+too much for them.
+"""
 
 
 @checked_class
@@ -33,7 +39,8 @@ class Servo(CommitLoop):
 
     The executor always holds the motion of a tick and a stop, proven as one motion in the world as last
     reported. Each tick finds the joint velocities that follow the command best within all limits, approaching
-    obstacles and singularities only as fast as the robot can stop.
+    obstacles and singularities only as fast as the robot can stop. If the motors are too weak for the
+    accelerations, these are halved until they are not, up to the next command after none.
 
     Attributes:
         problem: Robot, group, scene, limits and path constraints; its goal does not count.
@@ -48,15 +55,17 @@ class Servo(CommitLoop):
     _filtered: Floats = field(default_factory=lambda: np.zeros(0), init=False)
     _next: float = field(default=-np.inf, init=False)
     _speed: float = field(default=1.0, init=False)
+    _share: float = field(default=1.0, init=False)
+    _first_share: float = field(default=1.0, init=False)
 
     def __post_init__(self) -> None:
         refuse_rolling(self.problem)
         super().__post_init__()
         self.frame = self.frame or tool_frame(self.problem.reduced)
         self.problem.reduced.attachment(self.frame)
-        self._braking = Braking(with_jerk(self.problem.limits), self.options.period)
-        self._near = self._commitment.approach_query(self.scene, self._braking, self.options.clearance)
+        self._limit_accelerations(1.0)
         self._rehearse()
+        self._first_share = self._share
 
     @property
     def seconds(self) -> list[float]:
@@ -77,6 +86,8 @@ class Servo(CommitLoop):
             self.problem.reduced.attachment(command.frame)
         if self._command is None or not _same_axes(self._command[0], command):
             self._filtered = np.zeros(len(values))
+        if self._command is None and self._share < self._first_share:
+            self._limit_accelerations(self._first_share)  # the arm may be where its motors can do more
         self._command = command, stated
 
     def release(self, why: str) -> None:
@@ -113,11 +124,25 @@ class Servo(CommitLoop):
         commitment.guard.prepare(commitment.world)
         if commitment.world.stale(at):
             return
-        self._filtered = np.zeros(6)
-        motion = self._motion(REHEARSED, commitment.state(at), at)
-        self._filtered = np.zeros(6)
-        if motion is not None:
-            commitment.guard.proven(motion, commitment.world, at)
+        while True:
+            self._filtered = np.zeros(6)
+            motion = self._motion(REHEARSED, commitment.state(at), at)
+            self._filtered = np.zeros(6)
+            if motion is None or not self._eased(commitment.guard.verdict(motion, commitment.world, at)):
+                return
+
+    def _limit_accelerations(self, share: float) -> None:
+        limits = self.problem.limits.scaled(velocity=1.0, acceleration=share)
+        self._share = share
+        self._braking = Braking(with_jerk(limits), self.options.period)
+        self._near = self._commitment.approach_query(self.scene, self._braking, self.options.clearance)
+
+    def _eased(self, verdict: Verdict) -> bool:
+        """Halve the accelerations if motors are too weak for a motion; return whether that was possible."""
+        if verdict.failed is not TorqueCriterion or self._share <= LEAST_SHARE:
+            return False
+        self._limit_accelerations(self._share / 2.0)
+        return True
 
     def _follow(self) -> None:
         commitment, now, period = self._commitment, self.executor.now(), self.options.period
@@ -143,14 +168,14 @@ class Servo(CommitLoop):
         motion = self._motion(command, commitment.state(at), at)
         if motion is None:
             return
-        guard = commitment.guard
-        if not guard.proven(motion, commitment.world, at):
-            if not self.events or self.events[-1].kind is not EventKind.STOPPING:
+        guard, journal = commitment.guard, commitment.journal
+        verdict = guard.verdict(motion, commitment.world, at)
+        if not verdict.verified:
+            if not self._eased(verdict) and not journal.latest_is(EventKind.STOPPING):
                 why = guard.failed_check(motion, commitment.world, at)
-                words = f"the motion that follows the command is not proven: {why}"
-                commitment.journal.note(EventKind.STOPPING, words)
+                journal.note(EventKind.STOPPING, f"the motion that follows the command is not proven: {why}")
         elif refused := commitment.offer(motion, at):
-            commitment.journal.note_unless_latest(EventKind.REJECTED, refused)
+            journal.note_unless_latest(EventKind.REJECTED, refused)
         else:
             commitment.satisfies_all(guard)
             self._next = at + period

@@ -173,10 +173,11 @@ class SimulatedExecutor:
     """Drives a robot in MuJoCo, in a world that may differ from the one that a planner knows.
 
     Without a clock, `advance` simulates as fast as the machine allows. With one, every call simulates up to
-    its time.
+    its time. A robot with a joint that moves no mass is placed on its motion at each time, without dynamics.
 
     Attributes:
         joint_names: Driven joints: all that do not mimic another, without a gripper's.
+        dynamic: Whether motors move the robot.
         gripper: Driver of the gripper; None without one.
     """
 
@@ -209,7 +210,7 @@ class SimulatedExecutor:
             friction: Of these objects.
 
         Raises:
-            ModelError: If the robot or a loose object has no mass.
+            ModelError: If a loose object has no mass, or a robot with a gripper or loose objects has none.
             ObjectNotFound: If a loose object does not exist.
             JointNotFound: If a fault names a joint not driven.
         """
@@ -357,6 +358,9 @@ class SimulatedExecutor:
             friction=self._friction,
             dt=self._options.dt,
         )
+        self.dynamic = not self._plant.massless
+        if hand is not None or loose:
+            self._plant.require_masses()
         self._control(whole)
         self._plant.reset(positions, velocities)
         self._effort = whole.limits.effort
@@ -395,10 +399,8 @@ class SimulatedExecutor:
         for fault in self._faults:
             if fault.kind is FaultKind.STUCK:
                 plant.hold(fault.joint, held=fault.at(now))
-        torques = self._torques(followed)
-        self._saturated |= np.abs(torques) > self._effort
         rates = self._controller.group(plant.velocities)[self._arm]
-        contacts = plant.step(torques)
+        contacts = self._driven(followed) if self.dynamic else self._placed(followed, now)
         self._weigh(contacts)
         touching = {pair: depth for pair, depth in contacts.items() if self._loose.isdisjoint(pair)}
         self._log.record(now - self._begin, touching)
@@ -406,6 +408,20 @@ class SimulatedExecutor:
             self._at_fault.record(now - self._begin, touching)
         self._steps += 1
         self._measure()
+
+    def _driven(self, followed: Floats) -> Mapping[tuple[str, str], float]:
+        torques = self._torques(followed)
+        self._saturated |= np.abs(torques) > self._effort
+        return self._plant.step(torques)
+
+    def _placed(self, followed: Floats, now: float) -> Mapping[tuple[str, str], float]:
+        rates = followed[1] + self.period * followed[2]
+        positions = followed[0] + self.period * rates
+        for fault in self._faults:
+            if fault.kind is FaultKind.STUCK and fault.at(now):
+                joint = self.joint_names.index(fault.joint)
+                positions[joint], rates[joint] = self._controller.group(self._plant.positions)[joint], 0.0
+        return self._plant.show(now + self.period - self._begin, positions, rates)
 
     def _torques(self, followed: Floats) -> Floats:
         plant, gripper = self._plant, self.gripper

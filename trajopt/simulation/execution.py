@@ -332,6 +332,7 @@ def simulate_phases(
         friction=friction,
         dt=options.dt,
     )
+    plant.require_masses()
     run = _Run(plant, whole, tuple(loose), moving, options)
     at = start
     for index, phase in enumerate(phases):
@@ -372,9 +373,7 @@ def plant_with_gripper(
         couple(report.spec, follower, leader, factor, offset)
     for rule in report.spec.equalities if pressing else ():
         rule.solimp = np.array(COUPLING_IMPEDANCE)
-    plant = Plant(whole, dt, report)
-    plant.require_masses()
-    return plant
+    return Plant(whole, dt, report)
 
 
 def with_finger_drives(reduced: ReducedModel, pressing: Collection[str]) -> ReducedModel:

@@ -88,8 +88,8 @@ class Judge:
             ProblemError: As `certify`, unless the verdict is known before the faulty requirement is examined.
         """
         before, judged = self._calls, self._criteria(trajectory, specification)
-        held = all(criterion.holds() for criterion in judged.criteria)
-        return Verdict(verified=held, contact=judged.clearance.contact, counts=self._counted(before))
+        failed = next((type(criterion) for criterion in judged.criteria if not criterion.holds()), None)
+        return Verdict(failed=failed, contact=judged.clearance.contact, counts=self._counted(before))
 
     def _criteria(self, trajectory: Trajectory, specification: Specification) -> _Judged:
         moving = moving_limits(self.reduced, specification.limits)

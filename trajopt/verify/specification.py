@@ -79,13 +79,18 @@ class Verdict:
     """Outcome of the judgement without margins.
 
     Attributes:
-        verified: Whether every required check of a certificate would hold.
+        failed: Class of the first criterion that does not hold; None if all do.
         contact: The contact that ended the search for a proof; None if none did.
     """
 
-    verified: bool
+    failed: "type[Criterion] | None"
     contact: FoundContact | None
     counts: Counts
+
+    @property
+    def verified(self) -> bool:
+        """Whether every required check of a certificate would hold."""
+        return self.failed is None
 
 
 class Criterion(ABC):

@@ -1,10 +1,14 @@
 """Motions are executed, waited for or not, stopped, and measured against their goal."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from trajopt.ros.commander.moveit_msgs.msg import MoveItErrorCodes, RobotTrajectory
 
 import trajopt as to
+from tests.conftest import PLANAR_ARM, PLANAR_ARM_SRDF
 from tests.ros.commander.conftest import Clock
 from tests.ros.commander.jumping import JumpingExecutor
 from trajopt import placement
@@ -194,7 +198,23 @@ def test_carrying(simulated: World) -> None:
         arm.detach_object("prt")
 
 
-def test_reports_a_robot_without_masses(tmp_path: object, planar_arm: to.Robot) -> None:
+def test_a_robot_without_masses_is_moved_without_dynamics(planar_arm: to.Robot) -> None:
     arm = MoveGroupCommander("arm", world=World(planar_arm))
-    with pytest.raises(MoveItCommanderException, match="moves no mass"):
-        arm.go([0.1, 0.2])
+    assert arm.go([0.1, 0.2])
+    np.testing.assert_allclose(arm.get_current_joint_values(), [0.1, 0.2], atol=1e-9)
+
+
+def test_links_with_a_slash_are_frames(tmp_path: Path) -> None:
+    def slashed(text: str) -> str:
+        return re.sub(r'(?<=link=")|(?<=_link=")|(?<=link1=")|(?<=link2=")|(?<=<link name=")', "/", text)
+
+    (tmp_path / "arm.urdf").write_text(slashed(PLANAR_ARM))
+    (tmp_path / "arm.srdf").write_text(slashed(PLANAR_ARM_SRDF))
+    arm = MoveGroupCommander("arm", world=World(to.load(tmp_path / "arm.urdf", srdf=tmp_path / "arm.srdf")))
+    assert arm.get_planning_frame() == "/base"
+    assert arm.go([0.1, 0.2])
+    for frame in ("/base", "base"):
+        pose = arm.get_current_pose()
+        pose.header.frame_id = frame
+        arm.set_pose_target(pose)
+        assert arm.plan()[0]

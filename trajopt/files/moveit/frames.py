@@ -35,13 +35,16 @@ def world_names(robot: Robot) -> frozenset[str]:
 
     These are None, "world", the world frame of the SRDF, and the root link if the robot is at the origin.
     """
-    root = (robot.links[0],) if root_placement(robot.model) == IDENTITY else ()
-    return frozenset(("", WORLD, robot.base.frame, *root))
+    root = robot.links[0]
+    at_origin = (root, root.removeprefix("/")) if root_placement(robot.model) == IDENTITY else ()
+    return frozenset(("", WORLD, robot.base.frame, *at_origin))
 
 
 def frame_named(name: str, robot: Robot) -> str:
-    """Return the frame of a frame id: "world" for all that mean it."""
-    return WORLD if name in world_names(robot) else name
+    """Return the frame of a frame id: "world" for all that mean it, and with a slash a link that has it."""
+    if name in world_names(robot):
+        return WORLD
+    return f"/{name}" if name not in robot.frame_names and f"/{name}" in robot.frame_names else name
 
 
 def reading_at(scene: Scene, positions: Floats, notes: list[str] | None = None) -> Reading:
@@ -58,6 +61,7 @@ def read_frame(header: Node, scene: Scene, reading: Reading) -> str:
     name = frame_id(header)
     if name in reading.world_names:
         return WORLD
+    name = frame_named(name, scene.robot)
     known = (*scene.frame_names, *scene.objects)
     require(header["frame_id"], FrameNotFound, "frame", name, known)
     return name
