@@ -134,6 +134,7 @@ def test_a_plan_is_scrubbed(plan: to.Result, opened: Callable[..., Opened]) -> N
     assert plan.trajectory is not None
     page.locator("button.at").last.click()
     page.locator("svg.plot").first.click(position={"x": 700, "y": 12})
+    page.locator("iframe").scroll_into_view_if_needed()
     until(lambda: float(slider.get_attribute("aria-valuenow") or 0.0) > 0.3, "the frame never followed")
     moved = made.settled()
     assert (np.abs(moved - start).max(axis=-1) > 30).mean() > 0.01, "the robot stood still"
@@ -145,6 +146,16 @@ def test_a_plan_is_scrubbed(plan: to.Result, opened: Callable[..., Opened]) -> N
     until(lambda: made.cursor() != before, "the plots never followed")
     until(lambda: bool(page.locator(".legend b").first.text_content()), "no value was read out")
     within_itself(made)
+
+
+def test_a_small_window_shows_its_top_first(plan: to.Result, opened: Callable[..., Opened]) -> None:
+    made = opened(plan)
+    made.page.set_viewport_size({"width": 900, "height": 450})
+    made.page.reload()
+    made.page.locator(".space:not(.waiting)").wait_for()
+    slider = made.space.locator('[role="slider"]').first
+    until(lambda: slider.get_attribute("aria-valuenow") == "0", "it never stood at the beginning")
+    assert made.page.evaluate("scrollY") == 0
 
 
 def test_still_picture_is_shown_until_the_motion_is_drawn(

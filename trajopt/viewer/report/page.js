@@ -54,7 +54,10 @@
   });
   if (space && !document.createElement("canvas").getContext("webgl2")) space.classList.add("impossible");
   for (const button of document.querySelectorAll("button.at")) {
-    button.addEventListener("click", () => show(Number(button.dataset.at)));
+    button.addEventListener("click", () => {
+      show(Number(button.dataset.at));
+      if (space) space.scrollIntoView({ block: "nearest" });
+    });
   }
   for (const plot of plots) {
     const pick = (event) => {

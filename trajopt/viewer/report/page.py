@@ -56,6 +56,8 @@ BRIDGE = (
     if (!field || !slider) return;
     const end = Number(slider.getAttribute("aria-valuemax")) - AFTER;  // at its very end it begins anew
     if (end <= 0) return;  // nothing moves
+    // Viser focuses the field that is set, to which the page would scroll.
+    field.focus = () => HTMLElement.prototype.focus.call(field, { preventScroll: true });
     const time = Math.max(0, Math.min(wanted, end));
     Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(field, time.toFixed(6));
     field.dispatchEvent(new Event("input", { bubbles: true }));
