@@ -101,6 +101,11 @@ def test_prove_takes_the_points_of_any_planner(folder: Path, plan_file: Path) ->
     assert proven.returncode == 0, proven.stderr
     assert json.loads(proven.stdout)["proven"] is True
     assert trajopt("check", proof).returncode == 0
+    cut, none = folder / "cut.proof", folder / "no.proof"
+    cut.write_bytes(proof.read_bytes()[:-1])
+    for path, why in (cut, "the witness is shorter than "), (none, "cannot be read: "):
+        for fast in (), ("--fast",):
+            assert f"{path.name}: {why}" in trajopt("check", path, *fast).stderr
     unlike = trajopt("prove", *common(folder, "blocked.yaml"), foreign, "--out", folder / "none.proof")
     assert unlike.returncode == 2 and "judge refuses" in unlike.stderr
     assert not (folder / "none.proof").exists()

@@ -418,11 +418,13 @@ class CheckedProof:
 def check_proof(path: Path | str, *, fast: bool = False) -> CheckedProof:
     """Check a proof file; see `MotionProof.check`."""
     if fast:
-        return MotionProof.read(path).check(fast=True)
+        try:
+            return MotionProof.read(path).check(fast=True)
+        except FileFormatError as error:
+            raise FileFormatError(str(path), error.reason) from error
     command = [sys.executable, "-I", str(CHECKER), str(path)]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode not in (PROVEN, REFUSED):
-        raise FileFormatError(
-            str(path), run.stderr.strip().splitlines()[-1] if run.stderr.strip() else "is no proof"
-        )
+        reason = run.stderr.strip().splitlines()[-1] if run.stderr.strip() else "is no proof"
+        raise FileFormatError(str(path), reason.removeprefix(f"{path} "))
     return CheckedProof(run.returncode == PROVEN, run.stdout.rstrip("\n"))
