@@ -138,6 +138,11 @@ bench-tasks: $(STAMP_DEV)
 bench-process-paths: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.process_paths --page benchmarks/README.md
 
+# Random problems of the robots in FILES (URDF or xacro), whose packages are in PACKAGES.
+.PHONY: bench-unseen
+bench-unseen: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.unseen_robots $(FILES) --package-dir $(PACKAGES) --page benchmarks/README.md
+
 # Bundles, warehouses and rows of campaigns with flipped bits, zeroed sectors and cut ends. OPTIONS: --each N.
 .PHONY: bench-damaged
 bench-damaged: $(STAMP_DEV)

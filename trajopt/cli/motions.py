@@ -15,6 +15,7 @@ from trajopt.cli.problems import (
     is_bundle,
     motion_in,
     motions_in,
+    nothing_beside,
     problem_of,
     saved_in,
 )
@@ -62,7 +63,8 @@ def check(
         checked = check_proof(trajectory, fast=fast)
         typer.echo(json.dumps(asdict(checked)) if as_json else checked.words)
         raise typer.Exit(0 if checked.proven else 1)
-    if robot is None and (several := motions_in(trajectory)) is not None:
+    if (several := motions_in(trajectory)) is not None:
+        nothing_beside(trajectory, robot, scene, request, motions)
         _check_several(several, as_json=as_json)
     notes, motion = list[str](), motion_in(trajectory)
     if robot is None or scene is None or request is None:

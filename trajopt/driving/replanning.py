@@ -102,7 +102,7 @@ def retime_on_path(
     world, committed = commitment.world, commitment.motion
 
     def proven(motion: Trajectory) -> bool:
-        # The end of a wait is no begin of a longer one: the acceleration may jump there.
+        # A longer wait cannot begin at the end of another: the acceleration may jump there.
         refused = committed.refusal(motion, begin, earliest=begin)
         return not refused and intended.goal.guard.proven(motion, world, begin)
 
