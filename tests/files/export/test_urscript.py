@@ -13,7 +13,7 @@ from trajopt.files.export import Movej, Servoj, UrProgram, export
 from trajopt.files.export.urscript import UR_JOINTS
 from trajopt.optimise.kinematics import forward_kinematics
 from trajopt.tasks import AttachObject, DetachObject, Dwell, FollowCurve, MoveTo, Task, TaskResult
-from trajopt.tasks.cartesian import Begin, FollowOptions, follows_curve, polyline
+from trajopt.tasks.cartesian import Begin, FollowOptions, follow, follows_curve, line, polyline
 from trajopt.timing.time_scaling import begun_later
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ShapeError
@@ -144,10 +144,37 @@ def test_the_lines_of_a_program_follow_the_curve(polished: TaskResult, tmp_path:
     assert apart.min(axis=0).max() < 4e-4 and apart.min(axis=1).max() < 1.5e-3
     turned = Rotation.from_rotvec(pose(lines[-1])[3:]).as_matrix()
     np.testing.assert_allclose(turned, seen.rotation[-1], atol=1e-6)
-    speeds = {float(words.partition("v=")[2].partition(",")[0]) for words in lines}
-    assert list(speeds) == [pytest.approx(0.05, rel=0.02)]
+    np.testing.assert_allclose(given(lines, "v"), 0.05, rtol=0.02)
     text = path.read_text()
     assert 'popup("Grip part, then continue."' in text and "# edge  A \n" in text
+
+
+def given(lines: list[str], name: str) -> Floats:
+    return np.array([float(words.partition(f"{name}=")[2].partition(",")[0]) for words in lines])
+
+
+def test_no_joint_goes_faster_along_a_curve_than_in_the_motion(tmp_path: Path) -> None:
+    arm = to.load("ur5")
+    scene, start = to.Scene(arm), dict(zip(UR_JOINTS, (-0.72, -1.05, 1.94, -1.44, -0.47, 0.02), strict=True))
+    here = scene.placement_of("tool0", arm.positions(start))
+    there = to.placement((0.72, -0.54, 0.12), rpy=np.deg2rad((132.3, -1.9, 142.2)))
+    plan = follow(
+        scene, follows_curve("tool0", line(here, there)), group="manipulator", start=start
+    ).require()
+    written = export(plan, tmp_path / "m.script", to="urscript-program")
+    lines = [words for _, words in called((tmp_path / "m.script").read_text(), "movel", "movep")]
+    rows = plan.trajectory(np.linspace(0.0, plan.trajectory.duration, 4001))
+    seen = forward_kinematics(plan.problem.reduced, "tool0", rows, reference="base").translation
+    tips = np.array([pose(words)[:3] for words in lines])
+    corners = np.linalg.norm(seen[:, None] - tips, axis=-1).argmin(axis=0)
+    peaks = np.abs(plan.trajectory(plan.trajectory.times, 1)).max(axis=0)
+    lasting = 0.0
+    for speed, (a, b) in zip(given(lines, "v")[1:], pairwise(corners), strict=True):
+        steps = np.linalg.norm(np.diff(seen[a : b + 1], axis=0), axis=1)
+        turned = np.abs(np.diff(rows[a : b + 1], axis=0))[steps > 1e-6]
+        assert (turned / steps[steps > 1e-6, None] * speed < 1.05 * peaks).all()
+        lasting += steps.sum() / speed
+    assert lasting < written.duration < lasting + 1.0
 
 
 def test_a_program_begins_each_stream_where_the_motion_does(polished: TaskResult, tmp_path: Path) -> None:

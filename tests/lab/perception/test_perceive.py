@@ -285,6 +285,18 @@ def test_points_that_are_not_finite_are_skipped() -> None:
     assert len(perceive(to.Scene(ROBOT), PointCloud(points, AT)).cloud) == 2
 
 
+def test_masked_pixels_are_skipped() -> None:
+    camera, scene = camera_over(), to.Scene(ROBOT)
+    exact = image([TABLE, CAN], camera)
+    for raw in (exact.depth, np.full(exact.depth.shape, 700, dtype=np.uint16)):
+        cut = np.array(raw)
+        cut[:60] = 0
+        mask = np.zeros(raw.shape, dtype=np.bool_)
+        mask[:60] = True
+        masked = perceive(scene, DepthImage(camera, np.ma.array(raw, mask=mask), AT)).cloud
+        assert np.array_equal(masked.keys, perceive(scene, DepthImage(camera, cut, AT)).cloud.keys)
+
+
 def test_a_million_points() -> None:
     rng = np.random.default_rng(0)
     points = rng.uniform((-1, -1, 0), (1, 1, 0.02), (1_000_000, 3)) + np.array((0.0, 0.0, 1.5))
@@ -309,6 +321,8 @@ def test_wrong_input_is_refused_by_name() -> None:
         DepthImage(camera, good, np.full(9, np.nan))
     with pytest.raises(ShapeError, match=r"points.*shape \(any, 3\)"):
         PointCloud(np.zeros((4, 2)), AT)
+    with pytest.raises(ShapeError, match=r"points: has nothing nearer than 100 m: is it in millimetres\?"):
+        PointCloud([[800.0, 20.0, 300.0], [np.nan] * 3, [0.0] * 3], AT)
     with pytest.raises(ProblemError, match="at least one"):
         perceive(scene, [])
     with pytest.raises(ShapeError, match=r"Workspace\.upper"):

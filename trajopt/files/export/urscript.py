@@ -46,6 +46,8 @@ DEFAULT_ACCELERATION = 1.4
 """
 _STANDING = 1e-6
 """A joint that turns less than this on a line is at rest [rad]."""
+_RESTING = 1e-3
+"""A joint below this share of its peak rate is at rest: rounding decides its rate."""
 _CREEPING = 0.01
 """Smallest commanded acceleration; harmless for any arm [rad/s^2]."""
 _STILL = 1e-5
@@ -202,17 +204,19 @@ class UrProgram:
         return self.stream.write(trajectory, path, hz)
 
     def write_program(self, sections: Sequence[ProgramSection], path: Path, hz: float | None) -> Exported:
-        rate, lines, points = _rate(hz), list[str](), 0
+        rate, lines, points, duration = _rate(hz), list[str](), 0, 0.0
         moving = [section for section in sections if _moves_arm(section)]
         if not moving:
             raise ShapeError("motion", "does not move the arm")
         for section in sections:
-            of_section = self._section(section, rate)
+            of_section, seconds = self._section(section, rate)
             points += len(of_section)
+            duration += seconds
             lines += [f"# {_plain(section.title)}", *of_section]
         notes = (
-            f"{in_number(sections, 'section')}: curves as movel and movep at the speed of the motion, the "
-            f"others as {rate:g} commands servoj per second",
+            f"{in_number(sections, 'section')}: curves as movel and movep, each line at the motion's largest "
+            "speed there, or slower so that no joint goes faster than in the motion; the others as "
+            f"{rate:g} commands servoj per second",
             f"curves in the controller's frame `base`, within {self.tolerance * 1000:g} mm; corners rounded "
             f"by at most {self.blend * 1000:g} mm",
             *self._outputs(),
@@ -221,7 +225,6 @@ class UrProgram:
             *_STARTING,
         )
         _write(path, lines, in_ur_order(moving[0].trajectory).positions[0], notes)
-        duration = sum(section.trajectory.duration + section.rest for section in sections)
         return Exported(path, points, duration, notes)
 
     def _outputs(self) -> Iterator[str]:
@@ -232,20 +235,20 @@ class UrProgram:
         if self.process is not None:
             yield f"standard digital output {self.process} is on along curves"
 
-    def _section(self, section: ProgramSection, rate: float) -> list[str]:
+    def _section(self, section: ProgramSection, rate: float) -> tuple[list[str], float]:
+        """Return the lines of a section, and how long they take [s]."""
         hand = self._hand(section)
         if not _moves_arm(section):
-            return [*hand, _sleep(section.trajectory.duration + section.rest)]
+            lasting = section.trajectory.duration + section.rest
+            return [*hand, _sleep(lasting)], lasting
         motion = in_ur_order(section.trajectory)
         if section.curve is None:
-            lines = [
-                _approach(motion),
-                *self.stream.lines(motion.sampled(rate), rate),
-                f"stopj({STOPPING:g})",
-            ]
+            stream = self.stream.lines(motion.sampled(rate), rate)
+            lines, lasting = [_approach(motion), *stream, f"stopj({STOPPING:g})"], len(stream) / rate
         else:
-            lines = self._along(section.curve, section.reduced, section.trajectory)
-        return [*lines, *hand, *([_sleep(section.rest)] if section.rest > _SHORTEST_REST else [])]
+            lines, lasting = self._along(section.curve, section.reduced, section.trajectory)
+        rest = [_sleep(section.rest)] if section.rest > _SHORTEST_REST else []
+        return [*lines, *hand, *rest], lasting + section.rest
 
     def _hand(self, section: ProgramSection) -> list[str]:
         if not section.gripped and not section.released:
@@ -257,17 +260,19 @@ class UrProgram:
         )
         return [f'popup("{_plain(words)}, then continue.", title="trajopt", blocking=True)']
 
-    def _along(self, curve: FollowsCurve, reduced: ReducedModel, motion: Trajectory) -> list[str]:
-        """Return the lines near a curve, from its beginning at rest to its end at rest."""
+    def _along(
+        self, curve: FollowsCurve, reduced: ReducedModel, motion: Trajectory
+    ) -> tuple[list[str], float]:
+        """Return the lines near a curve, from rest to rest, and how long they take [s]."""
         prefix = _prefix(motion.joint_names)
         times = np.linspace(0.0, motion.duration, _SAMPLES)
         rows = motion.ordered(reduced.joint_names)(times)
         tip = Placement(translation=curve.offset)
         tool = forward_kinematics(reduced, curve.frame, rows[0], reference=f"{prefix}tool0")[0] * tip
         seen = forward_kinematics(reduced, curve.frame, rows, reference=f"{prefix}base", offset=curve.offset)
-        steps = np.linalg.norm(np.diff(seen.translation, axis=0), axis=1)
-        speeds = steps / np.diff(times)
-        speed = max(float(speeds.max()), _SLOWEST)
+        speeds = np.linalg.norm(np.diff(seen.translation, axis=0), axis=1) / np.diff(times)
+        bounds = _bounds(speeds, rows, times)
+        fastest = max(float(speeds.max()), _SLOWEST)
         rates = np.abs(np.diff(speeds)) / np.diff(times)[1:]
         acceleration = max(float(rates.max()), _CREEPING)
         shape = np.column_stack((seen.translation, TURN_ARM * seen.rotation.reshape(-1, 9)))
@@ -276,19 +281,35 @@ class UrProgram:
         legs = [
             float(np.linalg.norm(seen.translation[b] - seen.translation[a])) for a, b in pairwise(corners)
         ]
-        options = f"a={acceleration:.6f}, v={speed:.6f}"
+        # A line on which the tool only turns has no speed of its own.
+        at = [
+            max(min(float(speeds[a:b].max()), float(bounds[a:b].min())), _SLOWEST)
+            if leg > self.tolerance
+            else fastest
+            for leg, (a, b) in zip(legs, pairwise(corners), strict=True)
+        ]
+        options = [f"a={acceleration:.6f}, v={speed:.6f}" for speed in at]
         move = "movep" if len(legs) > 1 else "movel"
         radii = [min(self.blend, NEAR * min(legs)) for legs in pairwise(legs)] + [0.0]
-        return [
+        lines = [
             f"set_tcp({_pose(tool)})",
-            f"movel({poses[0]}, {options}, r=0)",
+            f"movel({poses[0]}, {options[0]}, r=0)",
             *([] if self.process is None else [_output(self.process, True)]),
             *(
-                f"{move}({pose}, {options}, r={radius:.6f})"
-                for pose, radius in zip(poses[1:], radii, strict=True)
+                f"{move}({pose}, {each}, r={radius:.6f})"
+                for pose, each, radius in zip(poses[1:], options, radii, strict=True)
             ),
             *([] if self.process is None else [_output(self.process, False)]),
         ]
+        ramps = (at[0] + at[-1]) / 2 / acceleration
+        return lines, ramps + sum(leg / speed for leg, speed in zip(legs, at, strict=True))
+
+
+def _bounds(speeds: Floats, rows: Floats, times: Floats) -> Floats:
+    """Return the tool's speeds between samples at which a joint has its largest rate in the motion, (k,)."""
+    rates = np.abs(np.diff(rows, axis=0)) / np.diff(times)[:, None]
+    shares = (rates / np.maximum(rates.max(axis=0), _STANDING)).max(axis=1)
+    return np.divide(speeds, shares, out=np.full(len(shares), np.inf), where=shares > _RESTING)
 
 
 def _moves_arm(section: ProgramSection) -> bool:

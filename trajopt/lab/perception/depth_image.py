@@ -19,7 +19,8 @@ MILLIMETRE = 1e-3
 ROWS = 32
 """Rows of an image processed together: they fit into caches, and amortise calls of numpy."""
 LIKELY_MILLIMETRES = 100.0
-"""Beyond the range of depth cameras [m]: an image in which nothing is nearer is in millimetres."""
+"""Beyond the range of depth cameras [m]: a measurement in which nothing is nearer is in millimetres."""
+FAR = f"has nothing nearer than {LIKELY_MILLIMETRES:g} m: is it in millimetres"
 
 
 @checked
@@ -28,7 +29,7 @@ class DepthImage(Value):
     """A depth image.
 
     As in ROS (REP 118), whole numbers are millimetres, 0 if not measured; other numbers are metres, NaN if
-    not measured, and infinite if nothing is within range.
+    not measured, and infinite if nothing is within range. Masked pixels are not measured.
 
     Attributes:
         depth: Along the camera's axis, not along the pixel's ray; shape (height, width).
@@ -43,7 +44,7 @@ class DepthImage(Value):
 
     def __post_init__(self) -> None:
         lens = one_of("camera", self.camera, Camera).intrinsics
-        depth = np.array(self.depth)
+        depth = np.array(np.ma.filled(self.depth, 0))
         if depth.dtype.kind not in "uif":
             raise ShapeError("depth", f"must be numbers, is of {depth.dtype}")
         if depth.shape != (lens.height, lens.width):
@@ -53,9 +54,7 @@ class DepthImage(Value):
         if self.scale is not None:
             above_zero(self, "scale")
         elif depth.dtype.kind == "f" and _likely_millimetres(depth):
-            raise ShapeError(
-                "depth", "has nothing nearer than 100 m: is it in millimetres? Give scale=0.001 then"
-            )
+            raise ShapeError("depth", f"{FAR}? Give scale=0.001 then")
         depth.flags.writeable = False
         object.__setattr__(self, "depth", depth)
         object.__setattr__(self, "positions", floats("positions", self.positions, (None,)))
@@ -138,6 +137,11 @@ def _scaled(
     return along(0), along(1), along(2)
 
 
+def _distances(points: Singles) -> Singles:
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.sqrt(np.einsum("ij,ij->i", points, points))
+
+
 def _likely_millimetres(depth: NDArray[Any]) -> bool:
     measured = depth[np.isfinite(depth) & (depth > 0.0)]
     return bool(len(measured)) and float(measured.min()) > LIKELY_MILLIMETRES
@@ -179,6 +183,8 @@ class PointCloud(Value):
             points = points.reshape(0, 3)
         if points.ndim != 2 or points.shape[1] != 3:
             raise ShapeError("points", f"needs shape (any, 3), has {points.shape}")
+        if _likely_millimetres(_distances(points)):
+            raise ShapeError("points", f"{FAR}?")
         points.flags.writeable = False
         at_least(self, 0.0, "nearest", "spacing")
         above_zero(self, "farthest")
@@ -200,8 +206,7 @@ class PointCloud(Value):
     def taken(self, scene: Scene, sensing: Sensing) -> Taken:
         """Return the cells of the world in which it has points; raises as `DepthImage.taken`."""
         points = self.singles
-        with np.errstate(invalid="ignore", over="ignore"):
-            distances = np.sqrt(np.einsum("ij,ij->i", points, points))
+        distances = _distances(points)
         valid = (distances >= self.nearest) & (distances <= self.farthest)
         where = placed_on(scene, self.frame, self.positions) * self.placement
         measured = int(np.count_nonzero(valid))

@@ -230,7 +230,8 @@ def _keys_of(name: str, value: ArrayLike, size: float) -> Ints:
     wide = float(np.ptp(numbers, axis=0).max() + 1.0) * size
     if wide > LARGEST_SIZE:
         raise SizeError(name, f"reach over {wide:g} m, and {LARGEST_SIZE:g} m are the most")
-    keys = np.unique(numbers.astype(np.int64), axis=0)
+    order, begins = _by_cell(numbers, 1.0)  # numpy.unique of rows takes ten times as long
+    keys = numbers[order[begins]].astype(np.int64)
     keys.flags.writeable = False
     return keys
 
