@@ -262,3 +262,19 @@ def test_quaternions_of_origins_are_read(tmp_path: Path) -> None:
 def test_invalid_quaternions_are_refused(tmp_path: Path, origin: str, words: str) -> None:
     with pytest.raises(FileFormatError, match=words):
         loaded(tmp_path, '<origin xyz="0.2 0 0"/>', f'<origin xyz="0.2 0 0" {origin}/>')
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "read"),
+    [
+        (-999999, 999999, (-np.inf, np.inf)),
+        (-1e4, 1e5, (-np.inf, np.inf)),
+        (0, 1e6, (0, 1e6)),
+        (-9, 9, (-9, 9)),
+    ],
+)
+def test_an_endless_range_is_no_limit(
+    tmp_path: Path, lower: float, upper: float, read: tuple[float, float]
+) -> None:
+    limits = loaded(tmp_path, 'lower="-1" upper="1"', f'lower="{lower}" upper="{upper}"').limits
+    assert (limits.lower[0], limits.upper[0]) == read

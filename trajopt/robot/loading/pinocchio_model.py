@@ -74,6 +74,10 @@ def named_again(model: pin.Model) -> pin.Model:
     return model
 
 
+ENDLESS = 1e4
+"""A range of at least this to both sides states that a joint has no limits [rad | m]."""
+
+
 def described_limits(model: pin.Model) -> JointLimits:
     """Read the limits of the URDF: position, velocity, effort; acceleration is NaN, jerk inf."""
     count = model.njoints - 1
@@ -82,6 +86,8 @@ def described_limits(model: pin.Model) -> JointLimits:
         if joint.nq == 1:
             lower[place] = model.lowerPositionLimit[joint.idx_q]
             upper[place] = model.upperPositionLimit[joint.idx_q]
+    endless = (lower <= -ENDLESS) & (upper >= ENDLESS)
+    lower[endless], upper[endless] = -np.inf, np.inf
     effort = np.array(model.effortLimit)
     effort[effort <= 0.0] = np.inf
     return JointLimits(
