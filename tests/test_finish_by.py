@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.moving.test_dynamic_search import GOAL, problem, table
+from tests.planning.moving.test_dynamic_search import GOAL, across, problem, table
 from trajopt.planning import Certainty, on_the_way
 from trajopt.planning.infeasibility import too_late
 from trajopt.planning.infeasibility.joint_bounds import least_time
@@ -80,6 +80,21 @@ def test_a_deadline_gets_a_shorter_shape_or_the_soonest_end_is_reported(table: t
     missed = to.plan(replace(asked, finish_by=0.8822), budget=to.Budget(attempts=2))
     assert missed.status is to.Status.TOO_LATE and missed.certainty is Certainty.EVIDENCE
     assert "the soonest motion that was found takes" in missed.reason
+
+
+def test_a_late_motion_ends_the_search_after_the_opening_and_the_soonest_is_reported(table: to.Scene) -> None:
+    goal = to.placement((0.4, 0.3, 0.3), rpy=(np.pi, 0.0, 0.0))
+    start = [-0.6, 0.3, -0.2, -2.1, 0.1, 2.4, 0.0]
+    asked = to.Problem(scene=table, group="panda_arm", start=start, goal=goal)
+    along, best = (to.plan(asked, improve=improve).require().trajectory.duration for improve in (False, True))
+    missed = to.plan(replace(asked, finish_by=0.8 * best))
+    assert missed.status is to.Status.TOO_LATE and missed.certainty is Certainty.EVIDENCE, missed.reason
+    assert len(missed.attempts) < 40
+    passing = table.add("ball", to.Sphere(0.05), motion=across(1.0, begin=0.0, end=1.0))
+    among = to.plan(replace(asked, scene=passing, finish_by=0.8 * best), budget=to.Budget(attempts=2))
+    assert "without what changes with time the soonest motion that was found takes" in among.reason
+    motion = missed.trajectory
+    assert best < 0.99 * along and motion is not None and motion.duration <= 1.01 * best
 
 
 def test_a_deadline_among_dynamic_obstacles_allows_waiting_or_is_refused(table: to.Scene) -> None:

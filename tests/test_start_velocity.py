@@ -108,7 +108,17 @@ def test_limits_of_tool_speeds_are_held_from_a_start_in_motion() -> None:
         on_the_way(asked, running, 0.4 * running.duration), tool_speed=to.tool_speed("tool0", linear=0.1)
     )
     refused = to.plan(fast, budget=to.Budget(attempts=1))
-    assert refused.status is to.Status.NOT_VERIFIED and "tool speed" in refused.message
+    assert refused.status is to.Status.START_TOO_FAST and refused.certainty is Certainty.PROVEN
+    assert "the speed of tool0 is 3" in refused.message and "its limit is 100 mm/s" in refused.message
+
+
+def test_a_start_in_motion_passes_waypoints_within_limits_of_tool_speeds() -> None:
+    asked = to.named_problem("past_pillar_ur5")
+    asked = replace(asked, scene=to.Scene(asked.scene.robot), start=[0.3, -1.2, 0.9, -1.0, 0.4, 0.2])
+    asked = replace(asked, goal=[-1.5, -2.0, 1.9, 0.4, -1.0, 0.9], start_velocity={JOINT: 0.3})
+    asked = replace(asked, waypoints=[[1.9, -0.6, -0.8, 1.2, 1.4, -0.8]])
+    result = to.plan(replace(asked, tool_speed=to.tool_speed("tool0", linear=0.6)))
+    assert result.verified, result.reason
 
 
 def test_impossible_start_velocities_are_refused() -> None:

@@ -186,6 +186,11 @@ class GoalSearch:
         away = [np.abs(branch.line.knots[-1] - reduced.start_positions) for branch in self._branches]
         return min(float((each / reduced.limits.velocity).max()) for each in away)
 
+    @property
+    def late(self) -> bool:
+        """Whether a motion was found that only misses the deadline."""
+        return self.nearest is not None and self.nearest.status is Status.TOO_LATE
+
     def candidates(self, rows: Round, incumbent: Result | None = None) -> list[Candidate]:
         """Return the candidates of a round.
 

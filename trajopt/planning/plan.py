@@ -14,6 +14,7 @@ from trajopt.optimise.methods import Choice, Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.experience import Experience
 from trajopt.planning.moving.dynamic_search import planned_among_obstacles
+from trajopt.planning.moving.space_time_attempts import BestMotion
 from trajopt.planning.result import PlanArguments, Recalled, Result
 from trajopt.planning.search import ENDED, PlanSearch, failure_of_all
 from trajopt.planning.seeds import SeedLike, stated_seeds
@@ -182,8 +183,9 @@ def _by_deadline(result: Result, problem: Problem, search: PlanSearch, *, decide
     if not missed or result.stopped is not None or decided or problem.starts_moving:
         return result
     choice = choose(problem, None, improve=True)
-    shorter = _planner(problem)(search.again(problem, choice=choice, on_incumbent=search.on_incumbent))
-    return shorter if shorter.verified else result
+    best = BestMotion(result)
+    best.learn(_planner(problem)(search.again(problem, choice=choice, on_incumbent=search.on_incumbent)))
+    return best.result
 
 
 def _planner(problem: Problem) -> Callable[[PlanSearch], Result]:

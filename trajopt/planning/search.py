@@ -130,6 +130,9 @@ class PlanSearch:
         nearest_first = sorted(open_ones, key=lambda goal: goal.travel)
         budget = self.tracker.budget
         for number, rows in enumerate(rounds(bounded=budget.bounded, given=bool(self.given))):
+            if number == len(OPENING) + bool(self.given) and not budget.bounded:
+                # A cycle looks for ways through; a motion that is late has one.
+                nearest_first = [goal for goal in nearest_first if not goal.late]
             if not nearest_first or (number == last and self.incumbent is None):
                 return
             candidates = [item for goal in nearest_first for item in goal.candidates(rows, self._best(goal))]

@@ -21,8 +21,8 @@ class Status(Enum):
     START_OUT_OF_LIMITS = "the start is outside a joint limit: move it inside first"
     START_BREAKS_CONSTRAINT = "the start breaks a path constraint: widen it, or start elsewhere"
     START_TOO_FAST = (
-        "the start moves so fast that a joint leaves its limits, or something is met, however the joints "
-        "brake: start slower, or farther away"
+        "the start moves so fast that it exceeds a limit, or something is met, however the joints brake: "
+        "start slower, or farther away"
     )
     START_CANNOT_BE_HELD = (
         "a joint is too weak to hold the arm and what it carries still at the start: carry less, or start "

@@ -169,7 +169,7 @@ def _cannot(result: Result) -> Explanation:
 
 def _too_fast(result: Result) -> Explanation:
     if result.certainty is Certainty.PROVEN:
-        return _explained(result, "the joints' own limits alone bound how hard they can brake")
+        return _explained(result, "the start and how hard the joints' own limits let them brake decide this")
     return _explained(result, "configurations that may be reached by then were drawn at random")
 
 

@@ -9,7 +9,13 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.geometry import Query
 from trajopt.optimise.transcription import KnotsNlp, fixed_goal, transcribe
-from trajopt.optimise.transcription.knots import COARSE_SAMPLES, SWEEP, shortest_duration, swept_samples
+from trajopt.optimise.transcription.knots import (
+    COARSE_SAMPLES,
+    MOST_SAMPLES,
+    SWEEP,
+    shortest_duration,
+    swept_samples,
+)
 from trajopt.optimise.transcription.margins import TaperedMargins
 from trajopt.planning.seeds import straight_line
 from trajopt.values.arrays import Floats
@@ -128,6 +134,14 @@ def test_a_whole_turn_in_one_segment_is_not_rest() -> None:
     steps = np.linspace(turn[0], turn[1], samples[0] + 1)
     assert query.displacement(steps[:-1], steps[1:]).max() <= SWEEP * 1.05
     assert samples[1] < samples[0] / 10
+
+
+def test_a_huge_step_is_measured_in_no_more_parts_than_samples(scene: to.Scene) -> None:
+    problem, _, seed = program(scene)
+    query = Query(problem.reduced)
+    far = np.array((seed[0], seed[0] + 1e6))
+    assert swept_samples(query, far).tolist() == [MOST_SAMPLES]
+    assert query.counts.forward_kinematics <= 2 * MOST_SAMPLES
 
 
 def test_a_requested_margin_grows_over_a_quarter_of_the_motion() -> None:

@@ -9,7 +9,8 @@ from trajopt_problems.arms import ur5
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from trajopt.planning.infeasibility import closed_cut
+from trajopt.geometry import WorkCounts
+from trajopt.planning.infeasibility import closed_cut, met_braking
 from trajopt.verify import Judge
 
 
@@ -59,6 +60,14 @@ def test_a_goal_that_fixes_no_joint_has_no_cut() -> None:
         goal=to.frame_placement(arm.tip, where),
     )
     assert closed_cut(asked) is None
+
+
+def test_a_robot_without_collision_bodies_has_no_cut_and_meets_nothing() -> None:
+    robot = replace(to.load("planar2"), bodies=())
+    problem = to.Problem(scene=to.Scene(robot), start=[0.0, 0.0], goal=[1.0, 1.0])
+    assert closed_cut(problem) is None
+    moving = replace(problem, start_velocity={robot.joint_names[0]: 0.1})
+    assert met_braking(moving, WorkCounts()) is None
 
 
 def test_meant_contact_closes_nothing() -> None:

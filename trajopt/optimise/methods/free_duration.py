@@ -113,7 +113,13 @@ class FreeDurationProgram(Printed):
             return from_start.solve(seed + ever_less * (begin - seed[0]), progress=progress)
         (onward,) = self.first.decode(solved)
         smooth = with_jerk(self.problem.limits)
-        timed = retime_path(self.problem, onward.path, tolerance=SEED_TOLERANCE, limits=smooth)
+        timed = retime_path(
+            self.problem,
+            onward.path,
+            through=onward.waypoint_knots,
+            tolerance=SEED_TOLERANCE,
+            limits=smooth,
+        )
         if isinstance(timed, RetimeFailure):
             return solved
         knots = np.concatenate((self.stop.positions[:-1], onward.path.knots))

@@ -55,7 +55,7 @@ def samples_for(way: Floats, least: int, sweep: float = SWEEP) -> Ints:
 def swept(query: Evaluator, corners: Floats) -> Floats:
     """Return the approximate travel of bodies in each segment of a polyline (N, n), shape (N - 1,) [m]."""
     segments, steps = len(corners) - 1, corners[1:] - corners[:-1]
-    parts = max(1, int(np.ceil(np.abs(steps).max(initial=0.0) / TURN)))
+    parts = int(np.clip(np.ceil(np.abs(steps).max(initial=0.0) / TURN), 1, MOST_SAMPLES))
     share = np.arange(parts * segments + 1) / parts
     first = np.minimum(share.astype(np.int64), segments - 1)
     fine = corners[first] + (share - first)[:, None] * steps[first]

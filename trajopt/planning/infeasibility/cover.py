@@ -100,7 +100,9 @@ class ConfigurationCover:
 def pair_levers(reduced: ReducedModel) -> Floats:
     """Bound the motion of each pair's bodies towards each other by joint, (p, n); inf for no proof."""
     chain, pairs = Chain(reduced), reduced.pairs
-    levers = np.array([chain.levers(body) for body in range(len(reduced.bodies))])
+    levers = np.zeros((len(reduced.bodies), len(reduced.joint_names)))
+    for body in range(len(levers)):
+        levers[body] = chain.levers(body)
     total = levers[pairs.first] + levers[pairs.second]
     meant = [pair for pair, _ in pairs.allowances]
     hollow = np.array([isinstance(body.shape, Mesh) for body in reduced.bodies], dtype=np.bool_)

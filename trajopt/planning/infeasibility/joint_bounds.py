@@ -6,6 +6,7 @@ from math import inf, isfinite, sqrt
 import numpy as np
 
 from trajopt.geometry import evaluator
+from trajopt.optimise.methods.timing import tool_limits
 from trajopt.optimise.terms.joint_positions import joint_box
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement, PointOnArc, PositionInRegion, Requirement
@@ -13,7 +14,7 @@ from trajopt.robot.joints import EXCESS, JointLimits, LimitKind, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats
 from trajopt.values.likely_units import meant_at_distance
-from trajopt.values.printed import in_length, in_unit
+from trajopt.values.printed import in_length, in_unit, in_unit_apart
 from trajopt.values.shapes.shapes import Plane, bounding_sphere
 
 START_ERROR = 1e-6
@@ -81,7 +82,7 @@ def farthest(time: float, speed: float, gain: float, fastest: float, hardest: fl
 
 
 def too_fast(problem: Problem) -> str:
-    """Return which joint must leave its limits even at full braking; empty if none must.
+    """Return which limit the start exceeds, or a joint must leave even at full braking; empty if none.
 
     Braking is bounded by the joint's own limits of acceleration and jerk alone, so the verdict is proven.
     """
@@ -118,6 +119,16 @@ def too_fast(problem: Problem) -> str:
                     f"{in_unit(reached, units[1])}, however its jerk limit is used; its velocity limit is "
                     f"{in_unit(fastest, units[1])}{limits.because(joint, LimitKind.VELOCITY)}"
                 )
+    query = problem.evaluator(problem.reduced)
+    for tool in problem.tool_speeds:
+        limited = tool_limits(query, (tool,))
+        assert limited is not None  # a tool speed has a limit at least
+        found = limited.speeds(start[None], problem.start_velocities[None])[0].tolist()
+        units = [unit for limit, unit in ((tool.linear, "m/s"), (tool.angular, "rad/s")) if isfinite(limit)]
+        for name, speed, limit, unit in zip(limited.names, found, limited.limit.tolist(), units, strict=True):
+            if speed > limit + EXCESS:
+                here, most = in_unit_apart(speed, limit, unit)
+                return f"the {name} is {here} at the start; its limit is {most}"
     return ""
 
 

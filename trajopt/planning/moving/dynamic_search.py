@@ -15,7 +15,7 @@ from trajopt.planning.moving.static_scenes import along_tracks, at_ends, without
 from trajopt.planning.result import Result
 from trajopt.planning.schedule import DYNAMIC, DynamicRow, MotionSource
 from trajopt.planning.search import ENDED, PlanSearch, with_default_margins
-from trajopt.planning.status import Status
+from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.requirements import GoalSet
 from trajopt.scene.scene import Scene
@@ -48,7 +48,9 @@ def _to_resting_goal(search: PlanSearch) -> Result:
         scene = default.scene
     there = replace(static.problem, scene=scene)
     if not static.verified:
-        return replace(static, problem=there)
+        late = static.status is Status.TOO_LATE and static.certainty is not Certainty.PROVEN
+        words = f"{'without what changes with time ' * late}{static.message}"
+        return replace(static, problem=there, message=words)
     work = PlanningWorkspace(there, search.tracker)
     return DynamicSearch(search, static, work, BestMotion(work.result(Status.BLOCKED_IN_TIME))).run()
 
