@@ -196,3 +196,13 @@ def test_robots_on_wheels_have_groups_with_torso_and_base(tmp_path: Path) -> Non
     goal = {"world_joint/x": 0.5, "torso_lift_joint": 0.3, "elbow_joint": 0.4}
     problem = to.Problem(scene=to.Scene(moving), group="arm_torso_base", start="home", goal=goal)
     assert to.plan(problem).verified
+
+
+def test_a_robot_without_moving_joints_has_no_states(tmp_path: Path) -> None:
+    box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+    (tmp_path / "post.urdf").write_text(
+        f'<robot name="post"><link name="foot">{box}</link><link name="head">{box}</link>'
+        '<joint name="weld" type="fixed"><parent link="foot"/><child link="head"/></joint></robot>'
+    )
+    found = proposal_of(to.load(tmp_path / "post.urdf"))
+    assert not found.states and list(found.disabled) == [("foot", "head")]

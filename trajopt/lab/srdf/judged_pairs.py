@@ -18,7 +18,7 @@ from trajopt.scene.clearances import AllowedCollisions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import Floats, Ints, Value
+from trajopt.values.arrays import Bools, Floats, Ints, Value
 from trajopt.values.errors import MimicOutOfRange, ProblemError
 from trajopt.values.errors.arguments import checked, checked_class
 
@@ -88,7 +88,7 @@ class PairEvidence(Value):
     """Evidence about two links.
 
     Attributes:
-        samples: Sampled configurations; 0 for links that cannot move relative to each other.
+        samples: Sampled configurations; 0 for adjacent links.
         lower: Lower bound on the share of configurations in collision.
         upper: Upper bound on that share.
         nearest: Smallest signed distance, also of the descent [m]; NaN if not measured.
@@ -128,7 +128,7 @@ class PairEvidence(Value):
     def __str__(self) -> str:
         name = f"{self.first} and {self.second}"
         if self.samples == 0:
-            return f"{name}: fixed to each other"
+            return f"{name}: adjacent, not measured"
         if self.descended:
             deep = f"{max(0.0, -1000.0 * self.nearest):.1f} mm deep where descent led from the nearest"
             return f"{name}: no collision in {self.samples} samples, but {deep}"
@@ -209,18 +209,20 @@ def count_pairs(
     query: Evaluator,
     pairs: LinkPairs,
     samples: int,
+    adjacent: Bools,
     *,
     rng: np.random.Generator,
     progress: Progress | None = None,
 ) -> PairCounts:
-    """Sample random configurations within limits."""
+    """Sample random configurations within limits, and measure the pairs of links that are not adjacent."""
     joints = len(query.reduced.joint_names)
     count = len(pairs.names)
     counts = PairCounts(0, np.zeros(count, dtype=np.int64), np.full(count, np.inf), np.zeros((count, joints)))
     while counts.samples < samples:
         size = min(BATCH if counts.samples else FIRST_BATCH, samples - counts.samples)
         positions = draw_positions(query.reduced.limits, size, rng=rng)
-        counts.take(pairs, positions, query.close_pairs(positions, counts.reach(pairs)))
+        reach = np.where(adjacent[pairs.of_body_pair], -np.inf, counts.reach(pairs))
+        counts.take(pairs, positions, query.close_pairs(positions, reach))
         if progress is not None:
             progress(counts.samples)
     return counts
@@ -316,38 +318,32 @@ def judge_pairs(
     """
     reduced = all_joints_free(robot)
     pairs, query = LinkPairs.of(reduced), evaluator(reduced)
-    tree = LinkTree.of(robot)
-    judge = _PairJudge(tree, frozenset(body.owner for body in robot.bodies), confidence, len(pairs.names))
+    tree, solid = LinkTree.of(robot), frozenset(body.owner for body in robot.bodies)
+    adjacent = np.array([tree.joined(*names, solid) for names in pairs.names], dtype=np.bool_)
+    judge = _PairJudge(confidence, len(pairs.names))
     samples = confidence.samples(max(len(pairs.names), 1))
-    counts = count_pairs(query, pairs, samples, rng=rng, progress=progress)
-    unseen = [
-        place
-        for place, names in enumerate(pairs.names)
-        if counts.collisions[place] == 0 and not judge.adjacent(names)
-    ]
-    descend(query, pairs, counts, unseen, rng=rng)
+    counts = count_pairs(query, pairs, samples, adjacent, rng=rng, progress=progress)
+    unseen = np.flatnonzero(~adjacent & (counts.collisions == 0))
+    descend(query, pairs, counts, unseen.tolist(), rng=rng)
     at_zero = query.close_pairs(reduced.start_positions[None], np.full(len(pairs.of_body_pair), 1e-12))
     zero = {pairs.names[int(place)] for place in pairs.of_body_pair[at_zero.pair]}
     found = {
-        frozenset(names): judge(names, counts, place, default=names in zero)
+        frozenset(names): _adjacent(*names)
+        if adjacent[place]
+        else judge(names, counts, place, default=names in zero)
         for place, names in enumerate(pairs.names)
     }
     order = {name: place for place, name in enumerate(robot.links)}
     for pair in reduced.pairs.immobile:
         first, second = sorted(pair, key=order.__getitem__)
-        found[pair] = _fixed(first, second)
+        found[pair] = _adjacent(first, second)
     return tuple(sorted(found.values(), key=lambda item: (order[item.first], order[item.second])))
 
 
 @dataclass(frozen=True, eq=False)
 class _PairJudge:
-    tree: LinkTree
-    solid: frozenset[str]
     confidence: Confidence
     pairs: int
-
-    def adjacent(self, names: tuple[str, str]) -> bool:
-        return self.tree.joined(*names, self.solid)
 
     def __call__(
         self, names: tuple[str, str], counts: PairCounts, place: int, *, default: bool
@@ -355,9 +351,7 @@ class _PairJudge:
         collisions, samples = int(counts.collisions[place]), counts.samples
         lower = self.confidence.lower(collisions, samples, pairs=self.pairs)
         nearest = float(counts.nearest[place])
-        if self.adjacent(names):
-            verdict = PairVerdict.ADJACENT
-        elif collisions == 0 and nearest > 0.0:
+        if collisions == 0 and nearest > 0.0:
             verdict = PairVerdict.NEVER
         elif lower >= ALWAYS_SHARE:
             verdict = PairVerdict.ALWAYS
@@ -377,7 +371,7 @@ class _PairJudge:
         )
 
 
-def _fixed(first: str, second: str) -> PairEvidence:
+def _adjacent(first: str, second: str) -> PairEvidence:
     nothing: Floats = np.zeros(0)
     return PairEvidence(
         first=first,

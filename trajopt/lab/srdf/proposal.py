@@ -229,7 +229,7 @@ def home_positions(
     middle = np.zeros(len(limited))
     middle[limited] = 0.5 * (limits.lower[limited] + limits.upper[limited])
     drawn = draw_positions(limits, TRIED, rng=rng)
-    nearest = np.argsort(np.abs(drawn - middle).max(axis=1))
+    nearest = np.argsort(np.abs(drawn - middle).max(axis=1, initial=0.0))
     inside = ((limits.lower <= 0.0) & (limits.upper >= 0.0)).all()
     tried = np.concatenate((np.zeros((int(inside), len(middle))), middle[None], drawn[nearest]))
     for margin in (HOME_MARGIN, 0.0):
