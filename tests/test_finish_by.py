@@ -97,6 +97,15 @@ def test_a_late_motion_ends_the_search_after_the_opening_and_the_soonest_is_repo
     assert best < 0.99 * along and motion is not None and motion.duration <= 1.01 * best
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.1])
+def test_a_tool_that_is_slow_is_late(table: to.Scene, speed: float) -> None:
+    slow = to.tool_speed("panda_hand_tcp", linear=0.3)
+    moving = {"panda_joint1": speed}
+    asked = replace(problem(table), tool_speed=slow, start_velocity=moving, finish_by=2.0)
+    missed = to.plan(asked, budget=to.Budget(attempts=2))
+    assert missed.status is to.Status.TOO_LATE and "takes" in missed.reason, missed.reason
+
+
 def test_a_deadline_among_dynamic_obstacles_allows_waiting_or_is_refused(table: to.Scene) -> None:
     scene = table.add("gate", to.Box(1.2, 0.04, 3.0), to.placement((0.75, 0.2, 0.5)), expires=1.0)
     free = to.plan(problem(scene)).require().trajectory.duration

@@ -7,6 +7,7 @@ from trajopt.optimise.methods import Method, Program, SupportsEffort, SupportsIm
 from trajopt.optimise.solvers import Effort, SolveResult
 from trajopt.planning.budget import Budget, BudgetTracker, Stopped
 from trajopt.planning.infeasibility import reasons
+from trajopt.planning.moving.space_time_attempts import BestMotion
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import PlanningWorkspace
@@ -101,7 +102,9 @@ def _improved(
             if isinstance(faster, RetimeFailure):
                 break
             better = replace(work.judged(faster, whole), along_path=along_path)
-            if better.cost < result.cost or not result.verified:
+            best = BestMotion(result)
+            best.learn(better)
+            if best.result is better:
                 return better
     except Stopped as ended:
         if not result.verified:

@@ -184,7 +184,9 @@ def _by_deadline(result: Result, problem: Problem, search: PlanSearch, *, decide
         return result
     choice = choose(problem, None, improve=True)
     best = BestMotion(result)
-    best.learn(_planner(problem)(search.again(problem, choice=choice, on_incumbent=search.on_incumbent)))
+    shorter = _planner(problem)(search.again(problem, choice=choice, on_incumbent=search.on_incumbent))
+    if shorter.verified or shorter.status is Status.TOO_LATE:
+        best.learn(shorter)
     return best.result
 
 
