@@ -269,6 +269,12 @@ def test_other_arms_are_refused(names: tuple[str, ...], says: str, tmp_path: Pat
     assert not list(tmp_path.iterdir())
 
 
+def test_a_program_for_another_arm_is_refused_by_its_joints(tmp_path: Path) -> None:
+    plan = to.plan(to.named_problem("planar_fold")).require()
+    with pytest.raises(ShapeError, match=r"six joints of one UR arm .*has joint1, joint2: for other"):
+        export(plan, tmp_path / "m.script", to="urscript-program")
+
+
 def test_options_that_the_controller_does_not_take(motion: to.Trajectory, tmp_path: Path) -> None:
     for make, says in (
         (lambda: Servoj(lookahead_time=0.5), "lookahead_time: must be from 0.03 to 0.2"),

@@ -205,9 +205,8 @@ class UrProgram:
 
     def write_program(self, sections: Sequence[ProgramSection], path: Path, hz: float | None) -> Exported:
         rate, lines, points, duration = _rate(hz), list[str](), 0, 0.0
-        moving = [section for section in sections if _moves_arm(section)]
-        if not moving:
-            raise ShapeError("motion", "does not move the arm")
+        first = next((section for section in sections if _moves_arm(section)), sections[0])
+        start = in_ur_order(first.trajectory).positions[0]
         for section in sections:
             of_section, seconds = self._section(section, rate)
             points += len(of_section)
@@ -224,7 +223,7 @@ class UrProgram:
             f"{self.stream.lookahead_time:g} s behind: try it at reduced speed and with extra clearance",
             *_STARTING,
         )
-        _write(path, lines, in_ur_order(moving[0].trajectory).positions[0], notes)
+        _write(path, lines, start, notes)
         return Exported(path, points, duration, notes)
 
     def _outputs(self) -> Iterator[str]:
