@@ -22,7 +22,7 @@ from trajopt.values.shapes.mesh import ALONE, Mesh, load_mesh
 from trajopt.values.shapes.shapes import Convex, Shape, convex, scaled
 from trajopt.values.shapes.surfaces import closed_surface
 
-_VERSION = 4  # of what is kept: part of the key of the cache
+_VERSION = 5  # of what is kept: part of the key of the cache
 _KEPT = ("vertices", "faces", "ends", "note", "centre", "coarse")
 
 

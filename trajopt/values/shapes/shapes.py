@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -104,8 +105,17 @@ class Convex(Value):
 Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Cone | Plane | Convex | Mesh | Points | Voxels
 
 
+MOST_NEIGHBOURS = 255
+"""Of a vertex of a hull: Coal counts them in one byte."""
+OUTWARD = 1e-7
+"""How far corners are moved outward at most, each time, where there would be more [m]."""
+
+
 def convex(points: ArrayLike) -> Convex:
     """Wrap points into their convex hull.
+
+    If a corner has more than 255 neighbours, as the tip of a finely meshed cone, corners move outward by up
+    to a few tenths of a micrometre.
 
     Args:
         points: At least four points that do not lie in one plane, shape (n, 3) [m].
@@ -113,21 +123,53 @@ def convex(points: ArrayLike) -> Convex:
     Raises:
         ShapeError: If the points span no volume.
     """
-    from scipy.spatial import ConvexHull
-
     cloud = floats("points", points, (None, 3))
     if len(cloud) < 4 or np.linalg.matrix_rank(cloud - cloud[0], tol=1e-9) < 3:
         raise ShapeError("points", "lie in one plane, so their hull has no volume")
+    corners, faces, outward = _hull(cloud)
+    if (_neighbours(faces) > MOST_NEIGHBOURS).any():  # as triangles of a flat face have a corner in common
+        corners, faces, outward = _hull(corners + OUTWARD * _uneven(corners))
+    while ((neighbours := _neighbours(faces)) > MOST_NEIGHBOURS).any():
+        corners, faces, outward = _hull(np.concatenate(list(_blunt(corners, neighbours))))
+    at = corners[faces]
+    inward = np.einsum("ij,ij->i", np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), outward) < 0.0
+    faces[inward] = faces[inward][:, ::-1]
+    return Convex(readonly(corners), faces)
+
+
+def _hull(cloud: Floats) -> tuple[Floats, Ints, Floats]:
+    """Return the corners of the hull, its triangles in any order of their corners, and outward normals."""
+    from scipy.spatial import ConvexHull
+
     hull = ConvexHull(cloud)
     used, compact = np.unique(hull.simplices, return_inverse=True)
-    vertices = cloud[used]
-    faces = compact.reshape(-1, 3)
-    corners = vertices[faces]
-    outward = hull.equations[:, :3]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inward = np.einsum("ij,ij->i", normals, outward) < 0.0
-    faces[inward] = faces[inward][:, ::-1]
-    return Convex(readonly(vertices), faces)
+    return cloud[used], compact.reshape(-1, 3), hull.equations[:, :3]
+
+
+def _neighbours(faces: Ints) -> Ints:
+    return np.bincount(faces.ravel())
+
+
+def _directions(corners: Floats) -> Floats:
+    away = corners - corners.mean(axis=0)
+    return away / np.linalg.norm(away, axis=1, keepdims=True)
+
+
+def _uneven(corners: Floats) -> Floats:
+    return np.random.default_rng(0).random((len(corners), 1)) * _directions(corners)
+
+
+def _blunt(corners: Floats, neighbours: Ints) -> Iterator[Floats]:
+    """Yield the corners, and in place of those with too many neighbours circles of points around them."""
+    crowded = neighbours > MOST_NEIGHBOURS
+    yield corners[~crowded]
+    tips = zip(corners[crowded], _directions(corners)[crowded], neighbours[crowded].tolist(), strict=True)
+    for corner, away, count in tips:
+        across = np.cross(away, np.eye(3)[int(np.argmin(np.abs(away)))])
+        axes = np.stack((across, np.cross(away, across))) / np.linalg.norm(across)
+        angles = np.linspace(0.0, 2.0 * np.pi, 3 + count // 64, endpoint=False)
+        circle = np.stack((np.cos(angles), np.sin(angles)), axis=1) @ axes
+        yield corner + OUTWARD * (away + circle)
 
 
 def bounding_sphere(shape: Shape) -> tuple[Floats, float]:
