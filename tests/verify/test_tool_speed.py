@@ -172,6 +172,9 @@ def test_a_steady_speed_may_not_sag_nor_be_all_ramp(planar: ReducedModel) -> Non
     assert not short.holds and short.time == pytest.approx(0.5001, abs=1e-4), "shorter than the samples"
     sagging = judged([0.0, 0.1, 0.5, 1.0, 1.1], [0.0, top, 0.7 * top, top, 0.0])
     assert not sagging.holds and sagging.time == pytest.approx(0.5, abs=0.01)
+    assert (
+        "it is slowest at 0.50 s, where the way turns by 1" in sagging.detail and "`blend`" in sagging.detail
+    )
     slow = judged([0.0, 0.1, 1.0, 1.1], [0.0, 0.5 * top, 0.5 * top, 0.0])
     assert not slow.holds and "0% of the way" in slow.detail
     ramps = judged([0.0, 1.0, 1.05, 2.05], [0.0, top, top, 0.0])

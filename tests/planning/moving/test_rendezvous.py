@@ -81,6 +81,11 @@ def test_a_moving_goal_is_met_and_followed(
         assert not to.judge(moved, motion).verified, "the belt is not as fast"
 
 
+def test_a_moving_goal_is_met_by_a_slow_tool(cell: to.Scene) -> None:
+    problem = replace(asked(belt(cell)), tool_speed=to.tool_speed("grip", linear=0.3))
+    check_followed(problem, to.plan(problem).require().trajectory, 0.12)
+
+
 def test_without_dwell_it_ends_as_it_meets(cell: to.Scene) -> None:
     problem = asked(belt(cell), dwell=0.0)
     motion = to.plan(problem).require().trajectory

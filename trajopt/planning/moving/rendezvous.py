@@ -9,6 +9,7 @@ import numpy as np
 from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.kinematics.forward import moving_frame, stacked_jacobian
 from trajopt.optimise.kinematics.inverse import goal_candidates
+from trajopt.optimise.methods.timing import tool_limits
 from trajopt.optimise.terms.frame_placement import rotation_vector
 from trajopt.planning.budget import Stopped
 from trajopt.planning.moving.dynamic_timing import LONGEST
@@ -21,6 +22,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement
 from trajopt.robot.joints import JointLimits
 from trajopt.scene.reduced import TimedModel
+from trajopt.timing import ToolLimits
 from trajopt.timing.time_scaling import begun_later
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import shown
@@ -67,6 +69,7 @@ class Rendezvous:
         moving = [goal for goal in self.problem.goals if any(map(self.problem.scene.carrier, goal.frames))]
         placements = tuple(goal for goal in moving if isinstance(goal, FramePlacement))
         self._frame = FollowingFrame(timed, placements)
+        self._tools = tool_limits(self._work.query, self.problem.tool_speeds)
         self._found: Result | None = None
         self._refused = self._nothing()
         due = inf if self.problem.finish_by is None else self.problem.finish_by
@@ -162,7 +165,7 @@ class Rendezvous:
                     break
                 joined = followed.joined(still, slower)
                 wait = meeting + dwell - joined.duration
-                if wait >= 0.0 and seems_possible(joined, self.problem.limits):
+                if wait >= 0.0 and seems_possible(joined, self.problem.limits, self._tools):
                     yield begun_later(joined, wait) if wait > 0.0 else joined
                     break
 
@@ -370,11 +373,13 @@ def _grown(end: Floats, duration: float, times: Floats) -> list[Floats]:
     ]
 
 
-def seems_possible(motion: Trajectory, limits: JointLimits) -> bool:
+def seems_possible(motion: Trajectory, limits: JointLimits, tools: ToolLimits | None) -> bool:
     begins, lengths = motion.times[:-1], np.diff(motion.times)
     times = (begins[:, None] + lengths[:, None] * np.linspace(0.0, 1.0, SAMPLES)[None, :]).ravel()
     positions = motion(times)
     if (positions < limits.lower).any() or (positions > limits.upper).any():
+        return False
+    if tools is not None and (tools.speeds(positions, motion(times, 1)) > WITHIN * tools.limit).any():
         return False
     bounds = (limits.velocity, limits.acceleration, limits.jerk)
     return all(

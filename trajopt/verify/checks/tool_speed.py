@@ -50,7 +50,8 @@ class ToolSpeedCriterion(Criterion):
 def _steadiness(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed) -> Check:
     floor = (1.0 - limited.steady) * limited.linear
     times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
-    speeds = np.linalg.norm(moving.speeds(times)[0], axis=1)
+    velocities = moving.speeds(times)[0]
+    speeds = np.linalg.norm(velocities, axis=1)
     steady = np.flatnonzero(speeds >= floor)
     when, share, evidence = float(times[speeds.argmax()]), 0.0, Evidence.SAMPLED
     if len(steady):
@@ -61,8 +62,15 @@ def _steadiness(motion: JudgedMotion, moving: PointMotion, limited: ToolSpeed) -
         proof = prove_over_time(motion, slow)
         evidence = Evidence.PROVEN if proof.evidence is Evidence.PROVEN else Evidence.SAMPLED
         when = proof.time if proof.evidence is Evidence.SAMPLED else when
-    remedy = "" if share >= STEADY_SHARE else _remedy(speeds, steady, float(times[1]))
-    value = float(np.linalg.norm(moving.speeds(np.array((when,)))[0]))
+    value, remedy = float(np.linalg.norm(moving.speeds(np.array((when,)))[0])), ""
+    if share < STEADY_SHARE:
+        remedy = _remedy(speeds, steady, float(times[1]))
+    elif value < floor:
+        before, after = (
+            velocities[steady[times[steady] <= when][-1]],
+            velocities[steady[times[steady] >= when][0]],
+        )
+        remedy = _rounder(when, before, after)
     return Check(
         kind=CheckKind.TOOL_SPEED,
         name=f"{When.ALWAYS.value}: steady speed",
@@ -90,6 +98,23 @@ def _remedy(speeds: Floats, steady: Ints, step: float) -> str:
     ramps = (in_length(step * float(part.sum())) for part in (speeds[: steady[0]], speeds[steady[-1] + 1 :]))
     return (
         f"; its ramps take {' and '.join(ramps)}: lengthen the way by as much at its ends, or lower the speed"
+    )
+
+
+def _rounder(when: float, before: Floats, after: Floats) -> str:
+    """Return how to avoid a part that is too slow.
+
+    Args:
+        before: Last velocity before it that is high enough, shape (3,) [m/s].
+        after: First one after it, shape (3,) [m/s].
+    """
+    share = before @ after / (np.linalg.norm(before) * np.linalg.norm(after))
+    turned = np.degrees(np.arccos(np.clip(share, -1.0, 1.0)))
+    if turned < 1.0:
+        return f"; it is slowest at {when:.2f} s: lower the speed"
+    return (
+        f"; it is slowest at {when:.2f} s, where the way turns by {turned:.0f} deg: round it with a larger "
+        "radius (`blend` of a polyline), or lower the speed"
     )
 
 
