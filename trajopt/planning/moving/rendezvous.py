@@ -374,6 +374,7 @@ def _grown(end: Floats, duration: float, times: Floats) -> list[Floats]:
 
 
 def seems_possible(motion: Trajectory, limits: JointLimits, tools: ToolLimits | None) -> bool:
+    """Return whether samples of a motion are within the limits of joints and tools."""
     begins, lengths = motion.times[:-1], np.diff(motion.times)
     times = (begins[:, None] + lengths[:, None] * np.linspace(0.0, 1.0, SAMPLES)[None, :]).ravel()
     positions = motion(times)
