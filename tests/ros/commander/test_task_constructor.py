@@ -152,6 +152,19 @@ def test_a_line_that_ends_early_is_long_enough(panda: World) -> None:
     failed = planned(motion(stages.MoveRelative, STRAIGHT, along(x=1.0)))
     assert not failed.solutions
     assert "MoveRelative 0" in failed.failures[0].comment
+    whole = {"max_distance": 0.1, "min_distance": 0.1}
+    points = tips(panda, planned(motion(stages.MoveRelative, STRAIGHT, along(z=-0.5), **whole)), 0)
+    assert points[0, 2] - points[-1, 2] == pytest.approx(0.1, abs=1e-3)
+
+
+def test_a_line_shorter_than_the_least_is_refused(panda: World) -> None:
+    short = motion(stages.MoveRelative, STRAIGHT, along(z=-0.01), min_distance=0.05)
+    with pytest.raises(MoveItCommanderException, match=r"moves 0.01 m, less than its min_distance of 0.05 m"):
+        planned(short)
+    more = core.CartesianPath()
+    more.min_fraction = 1.5
+    with pytest.raises(MoveItCommanderException, match=r"less than min_fraction 1.5"):
+        planned(motion(stages.MoveRelative, more, along(z=-0.1)))
 
 
 def test_choices_and_groups_together(panda: World) -> None:
@@ -193,6 +206,8 @@ def test_the_scene_changes_between_motions(panda: World) -> None:
     into = stages.ModifyPlanningScene("into the arm")
     into.addObject(ball(*panda.scene.placement_of(TIP, panda.positions).translation.tolist(), 0.1))
     assert "into the arm" in planned(into).failures[0].comment
+    into.allowCollisions("ball")
+    assert planned(into).solutions
 
 
 def test_objects_are_attached_detached_and_removed(panda: World) -> None:

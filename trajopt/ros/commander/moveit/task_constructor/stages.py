@@ -13,6 +13,7 @@ from trajopt.files.moveit.frames import frame_named, reading_at
 from trajopt.files.moveit.planning_scene import edit_object
 from trajopt.files.moveit.scene_messages import checked_joint_positions
 from trajopt.problem.requirements import Requirement, follows_curve, frame_placement
+from trajopt.robot.joints import EXCESS
 from trajopt.robot.robot import Robot
 from trajopt.ros.commander.conversions import framed_placement
 from trajopt.ros.commander.moveit.core.planning_scene import PlanningScene
@@ -40,6 +41,8 @@ from trajopt.values.shapes.shapes import placed_box
 
 Goal = Mapping[str, float] | Placement
 """Joint -> position [rad | m], or a placement in the world."""
+SceneEdit = Callable[[Scene, Floats], Scene]
+"""Returns a scene changed, for a robot at positions of all joints [rad | m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,11 +101,11 @@ class FixedState(CurrentState):
 
 
 class ModifyPlanningScene(Stage):
-    """Changes of the scene, in the order of the calls."""
+    """Changes of the scene, in the order of the calls; those between attachments are judged together."""
 
     def __init__(self, name: str = "modify planning scene") -> None:
         super().__init__(name)
-        self._changes: list[TaskStage] = []
+        self._changes: list[TaskStage | list[SceneEdit]] = []
 
     def addObject(self, collision_object: Any) -> None:
         document = document_of(collision_object, "collision object")
@@ -133,14 +136,24 @@ class ModifyPlanningScene(Stage):
 
     attachObject, detachObject = attachObjects, detachObjects
 
-    def _edit(self, change: Callable[[Scene, Floats], Scene]) -> None:
-        def ways(name: str, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-            yield ours.changed(search, state, lambda scene: change(scene, state.positions), name)
-
-        self._changes.append(FromState(self.name, ways))
+    def _edit(self, change: SceneEdit) -> None:
+        if not self._changes or not isinstance(self._changes[-1], list):
+            self._changes.append([])
+        cast("list[SceneEdit]", self._changes[-1]).append(change)
 
     def _translated(self, context: StageContext) -> list[TaskStage]:
-        return list(self._changes)
+        return [self._edited(item) if isinstance(item, list) else item for item in self._changes]
+
+    def _edited(self, edits: Sequence[SceneEdit]) -> TaskStage:
+        def ways(name: str, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+            def change(scene: Scene) -> Scene:
+                for edit in edits:
+                    scene = edit(scene, state.positions)
+                return scene
+
+            yield ours.changed(search, state, change, name)
+
+        return FromState(self.name, ways)
 
 
 def _several(names: Any) -> Sequence[Any]:
@@ -235,7 +248,10 @@ class _Motion(Stage):
         raise NotImplementedError
 
     def _least(self, length: float) -> float:
-        return float(self._planner.min_fraction)
+        least = float(self._planner.min_fraction)
+        if least > 1.0:
+            raise self._refusal(f"follows at most the whole line, less than min_fraction {least:g}")
+        return least
 
     def _translated(self, context: StageContext) -> list[TaskStage]:
         group = context.moves(self.group, self._planner)
@@ -312,7 +328,13 @@ class MoveRelative(_Motion):
         return placement(here.translation + along, rotation=turn @ here.rotation)
 
     def _least(self, length: float) -> float:
-        return self.min_distance / length if self.min_distance >= 0.0 else super()._least(length)
+        if self.min_distance < 0.0:
+            return super()._least(length)
+        if self.min_distance > length + EXCESS:
+            raise self._refusal(
+                f"moves {length:.3g} m, less than its min_distance of {self.min_distance:g} m"
+            )
+        return min(self.min_distance / length, 1.0)
 
 
 class GeneratePose(Stage):
