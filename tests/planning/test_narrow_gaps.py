@@ -45,6 +45,24 @@ def test_a_gap_with_less_than_is_required_is_not_passed(tmp_path: Path, required
     assert not found.verified and "required" in found.reason
 
 
+def slot(folder: Path) -> to.Scene:
+    """Return a slot with one wall 0.3 mm beside the ball at y = 0, and two walls 3 mm on the other side."""
+    scene = to.Scene(slide(folder)).add("ball", to.Sphere(RADIUS), frame="hand", touch_links=["hand"])
+    scene = scene.add("near", to.Box(2.0, 4.0, 0.2), to.placement((0.0, RADIUS + 3e-4 + 2.0, 0.0)))
+    for name, height in (("upper", 0.051), ("lower", -0.051)):
+        wall = to.Box(2.0, 4.0, 0.1)
+        scene = scene.add(name, wall, to.placement((0.0, -RADIUS - 3e-3 - 2.0, height)))
+    return scene
+
+
+@pytest.mark.parametrize("length", [0.0, 0.003, 0.4])
+def test_a_line_along_nearer_walls_than_the_margin_is_kept(tmp_path: Path, length: float) -> None:
+    goal = to.joint_positions({"x": length, "y": 0.0})
+    problem = to.Problem(scene=slot(tmp_path), start={"x": 0.0, "y": 0.0}, goal=goal)
+    found = to.plan(problem, budget=to.Budget(attempts=2))
+    assert found.verified, found.reason
+
+
 def test_where_there_is_room_the_margin_stays(tmp_path: Path) -> None:
     found = to.plan(gap(tmp_path, 0.03, 0.0, aside=0.004), budget=to.Budget(attempts=1)).require()
     assert found.certificate.clearance > 9e-3

@@ -4,18 +4,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
+import numpy as np
+
 from trajopt.geometry import WorkCounts
 from trajopt.optimise.methods.method import Decoded, Progress, moving_start
-from trajopt.optimise.solvers import Effort, HasEfforts, Iteration, Solver, SolveResult, Sqp
+from trajopt.optimise.solvers import Effort, HasEfforts, Iteration, Solver, SolveResult, SolverStatus, Sqp
 from trajopt.optimise.transcription import KnotsNlp, transcribe, transcribe_covered
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, Printed
 from trajopt.values.errors.arguments import checked
 
-SHARES = (0.4, 0.16, 0.064)
-"""Shares of the excess margins to try in narrow gaps. The last leaves about half a millimetre, the size of
-the
-corners that retiming rounds off.
+SHARES = (0.4, 0.16, 0.064, 0.0256)
+"""Shares of the excess margins to try in narrow gaps. The last leaves a quarter of a millimetre: corners that
+retiming rounds off are of the size of the third.
 """
 
 
@@ -78,7 +79,9 @@ class KnotsProgram(Printed):
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve with boxes around the clouds first, which are inside them.
 
-        If only margins are violated in the end, smaller ones are tried, never below the required clearance.
+        If only margins are violated in the end, smaller ones are tried, never below the required clearance;
+        from the seed if it violates margins only: among obstacles nearer than these the least violation may
+        be a collision.
         """
         log = list[Iteration]()
         if self.covered is not None:
@@ -91,10 +94,17 @@ class KnotsProgram(Printed):
         solved = wide
         log += wide.log
         for share in self.shares:
-            if solved.feasible or not nlp.lacks_margin_only(solved.at):
+            if solved.feasible:
                 break
+            begin = solved.x
+            if not nlp.lacks_margin_only(solved.at):
+                begin = np.clip(seed, nlp.lower, nlp.upper)
+                if solved.status is SolverStatus.GIVEN_UP or not nlp.lacks_margin_only(
+                    nlp.linearise(begin, nlp.sampling(begin, fine=False))
+                ):
+                    break
             nlp = self.nlp.keeping(share)
-            solved = self.solver.solve(nlp, solved.x, progress=progress)
+            solved = self.solver.solve(nlp, begin, progress=progress)
             log += solved.log
         if solved.feasible and solved is not wide:
             return NarrowResult(solved.status, solved.x, solved.at, tuple(log))
