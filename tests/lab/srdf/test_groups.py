@@ -177,6 +177,13 @@ def test_a_wrist_that_turns_a_whole_gripper_is_the_arms(
     assert said(robot) == []
 
 
+def test_a_wrist_that_turns_a_fixed_jaw_is_the_arms(tmp_path: Path) -> None:
+    last = ("wrist_roll", "revolute", "fixed_jaw"), ("joint6", "revolute", "moving_jaw")
+    groups = proposed(loaded(tmp_path, chain(*WRIST, *last)))
+    assert groups["arm"].driven == (*(name for name, _, _ in WRIST), "wrist_roll")
+    assert groups["gripper"].driven == ("joint6",)
+
+
 @pytest.mark.parametrize(
     ("links", "why"),
     [

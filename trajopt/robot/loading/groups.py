@@ -180,9 +180,10 @@ def words(name: str) -> frozenset[str]:
 
 def names_fingers(joint: str, link: str) -> bool:
     """Return whether a joint opens and closes a gripper, by its name or the name of its link."""
-    if any(part in name.lower() for name in (joint, link) for part in FINGERS):
+    if any(part in joint.lower() for part in FINGERS):
         return True
-    return WHOLE in joint.lower() and not words(joint) & TURNS
+    named = WHOLE in joint.lower() or any(part in link.lower() for part in FINGERS)
+    return named and not words(joint) & TURNS
 
 
 def names_gripper(link: str) -> bool:
