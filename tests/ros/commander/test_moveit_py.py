@@ -115,6 +115,14 @@ def test_goals(robot: MoveItPy, jumping: World) -> None:
         robot.execute("arm")
 
 
+def test_a_plan_without_a_goal_is_refused(robot: MoveItPy) -> None:
+    arm = robot.get_planning_component("arm")
+    with pytest.raises(MoveItCommanderException, match="call set_goal_state"):
+        arm.plan()
+    with pytest.raises(MoveItCommanderException, match="is empty"):
+        arm.set_goal_state(motion_plan_constraints=[])
+
+
 def test_the_parameters_set_the_speed(robot: MoveItPy) -> None:
     arm, slow = robot.get_planning_component("arm"), PlanRequestParameters(robot)
     slow.max_velocity_scaling_factor = slow.max_acceleration_scaling_factor = 0.25

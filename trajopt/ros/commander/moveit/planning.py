@@ -100,6 +100,7 @@ class PlanningComponent(InPart):
         self._group.set_goal_position_tolerance(POSITION_TOLERANCE)
         self._group.set_goal_orientation_tolerance(ROTATION_TOLERANCE)
         self._start: RobotState | None = None
+        self._has_goal = False
 
     @property
     def planning_group_name(self) -> str:
@@ -147,6 +148,8 @@ class PlanningComponent(InPart):
         )
         if (pose_stamped_msg is None) != (pose_link is None):
             raise MoveItCommanderException("set_goal_state: pose_stamped_msg and pose_link belong together")
+        if motion_plan_constraints is not None and len(motion_plan_constraints) == 0:
+            raise MoveItCommanderException("set_goal_state: motion_plan_constraints is empty")
         self._group.clear_pose_targets()
         self._group.goals = tuple(motion_plan_constraints or ())
         if configuration_name is not None:
@@ -157,6 +160,7 @@ class PlanningComponent(InPart):
             self._group.set_joint_value_target({name: values[name] for name in names})
         elif pose_stamped_msg is not None:
             self._group.set_pose_target(pose_stamped_msg, pose_link or "")
+        self._has_goal = True
         return True
 
     def set_path_constraints(self, path_constraints: Constraints) -> bool:
@@ -184,6 +188,8 @@ class PlanningComponent(InPart):
             multi_plan_parameters: Parameters for several pipelines; only the first are used.
             parameters: Another name of `single_plan_parameters`.
         """
+        if not self._has_goal:
+            raise MoveItCommanderException("plan: no goal is set: call set_goal_state")
         chosen = single_plan_parameters or parameters or PlanRequestParameters()
         if multi_plan_parameters is not None:
             chosen = multi_plan_parameters.multi_plan_request_parameters[0]
