@@ -125,6 +125,8 @@ Singles: TypeAlias = NDArray[np.float32]
 """Single-precision coordinates: depths are known to a tenth of a millimetre at best."""
 MOST_PIXELS = 1 << 26
 """Most pixels of an image."""
+ROUNDED_UP = 1.0 + 1e-6
+"""Factor that covers the rounding of slopes in single precision."""
 BEYOND = 1.05
 """Magnification is evaluated at pixels; between them it differs by far less than this share."""
 
@@ -169,10 +171,15 @@ class Intrinsics(Value):
         return _single(straight[..., 0]), _single(straight[..., 1])
 
     @cached_property
+    def widest(self) -> float:
+        """Largest slope of a pixel's ray: beyond it a lens model may turn back into the image."""
+        across, down = self.slopes
+        return float(np.nanmax(np.hypot(across, down))) * ROUNDED_UP
+
+    @property
     def longest_ray(self) -> float:
         """Largest length of a pixel's ray up to a depth of 1."""
-        across, down = self.slopes
-        return float(np.sqrt(1.0 + np.nanmax(across**2 + down**2)))
+        return float(np.hypot(1.0, self.widest))
 
     @cached_property
     def stretch(self) -> float:
@@ -182,19 +189,25 @@ class Intrinsics(Value):
         across, down = self.slopes
         return self.lens.stretch(np.stack((across, down), axis=-1).astype(np.float64)) * BEYOND
 
-    @property
+    @cached_property
     def pixel(self) -> float:
-        """Diagonal of a pixel at a depth of 1."""
-        return float(np.hypot(1.0 / self.fx, 1.0 / self.fy))
+        """Largest diagonal of a pixel at a depth of 1; a ray is at most half of it from that of a pixel."""
+        straight = 1.0 / self.fy, 1.0 / self.fx
+        if self.lens.straight:
+            return float(np.hypot(*straight))
+        rays = np.stack(self.slopes, axis=-1)
+        sides = [np.linalg.norm(np.diff(rays, axis=axis), axis=-1) for axis in (0, 1)]
+        return float(np.hypot(*(np.nanmax(each, initial=f) for each, f in zip(sides, straight, strict=True))))
 
     def pixels_of(self, points: Floats) -> Floats:
         """Return the pixel coordinates of points, (k, 3) in the optical frame [m] -> (k, 2) [pixels].
 
-        NaN for points that are not in front of the camera.
+        NaN for points that are not in front of the camera, or farther aside than any pixel's ray.
         """
         depth = np.where(points[:, 2] > 0.0, points[:, 2], np.nan)
-        slopes = self.lens.bent(points[:, :2] / depth[:, None])
-        return slopes * (self.fx, self.fy) + (self.cx, self.cy)
+        slopes = points[:, :2] / depth[:, None]
+        slopes[np.hypot(slopes[:, 0], slopes[:, 1]) > self.widest] = np.nan
+        return self.lens.bent(slopes) * (self.fx, self.fy) + (self.cx, self.cy)
 
 
 @checked

@@ -9,6 +9,8 @@ from trajopt.lab.perception import (
     Camera,
     DepthImage,
     DepthNoise,
+    Intrinsics,
+    Lens,
     PointCloud,
     Sensing,
     Workspace,
@@ -67,6 +69,21 @@ def test_single_precision_takes_no_point_out_of_its_ball() -> None:
     points = (where.inverse() * corners).astype(np.float32)
     seen = perceive(scene, PointCloud(points, AT, placement=where), Sensing(cell=cell, padding=0.0))
     assert farthest_outside(where * points.astype(np.float64), seen.cloud.shape) <= seen.cloud.radius.whole
+
+
+@pytest.mark.parametrize("lens", [Lens(k1=-0.25, k2=0.06, k3=-0.02), Lens(k1=0.2)])
+def test_the_surface_between_pixels_of_a_lens_is_within_the_balls(lens: Lens) -> None:
+    """A lens that shrinks the border of the image sees more between two pixels there."""
+    bent = Intrinsics(80, 60, 60.0, 60.0, 39.5, 29.5, lens)
+    camera = Camera(bent, placement=to.placement((2.0, 0.0, 1.0), rpy=(0.0, np.pi / 2, 0.0)))
+    seen = perceive(
+        to.Scene(ROBOT), DepthImage(camera, np.full((60, 80), 1.5), AT), Sensing(cell=1e-3, tilt=0.0)
+    )
+    pixels = np.random.default_rng(0).uniform((0.0, 0.0), (79.0, 59.0), (20_000, 2))
+    slopes = lens.straightened((pixels - (bent.cx, bent.cy)) / 60.0)
+    wall = camera.placement * (1.5 * np.column_stack((slopes, np.ones(len(slopes)))))
+    assert farthest_outside(wall, seen.cloud.shape) <= seen.cloud.radius.whole
+    assert seen.cloud.radius.gap < 2.5 * 1.5 * np.hypot(1.0, 1.0) / 60.0 / 2.0
 
 
 def test_the_surface_between_pixels_is_within_the_balls() -> None:

@@ -2,11 +2,23 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import trajopt as to
 from tests.lab.perception.scenes import AT, CAN, FRONT, ROBOT, TABLE, camera_over, image
-from trajopt.lab.perception import DepthImage, DepthNoise, Sensing, Workspace, perceive, with_unseen
+from trajopt.lab.perception import (
+    Camera,
+    DepthImage,
+    DepthNoise,
+    Intrinsics,
+    Lens,
+    Sensing,
+    Workspace,
+    perceive,
+    with_unseen,
+)
 from trajopt.lab.perception.perceive import RobotMask
+from trajopt.lab.perception.sensing import packed
 from trajopt.values.errors import ProblemError, SizeError
 
 
@@ -129,3 +141,21 @@ def test_states_nothing_where_the_robot_is_outside_the_workspace() -> None:
     far = Workspace((3.0, 3.0, 0.0), (3.2, 3.2, 0.2))
     solid = with_unseen(to.Scene(ROBOT), image([TABLE], camera_over()), Sensing(workspace=far), cell=0.02)
     assert solid.objects["unseen"].given == ()
+
+
+@pytest.mark.parametrize("lens", [Lens(k1=-0.25, k2=0.06, k3=-0.02), Lens(k1=-0.3), Lens(k1=0.2)])
+def test_a_lens_shows_nothing_beside_the_image(lens: Lens) -> None:
+    """Far to the side a lens model turns back, and its pixels are those of other places."""
+    bent = Intrinsics(160, 120, 120.0, 120.0, 79.5, 59.5, lens)
+    camera = Camera(bent, placement=to.placement((2.0, 0.0, 1.0), rpy=(0.0, np.pi / 2, 0.0)), farthest=9.0)
+    room = Workspace((2.5, -4.0, -3.0), (4.5, 4.0, 5.0))
+    seen = DepthImage(camera, np.full((120, 160), 3.0), AT)
+    ((unseen, _),) = (
+        with_unseen(to.Scene(ROBOT), seen, Sensing(workspace=room), cell=0.1).objects["unseen"].parts
+    )
+    every = np.indices((20, 80, 80)).reshape(3, -1).T + np.array((25, -40, -30))
+    empty = every[~np.isin(packed(every), packed(unseen.keys))]
+    middles = camera.placement.inverse() * ((empty + 0.5) * 0.1)
+    rays = np.stack(np.broadcast_arrays(*bent.slopes), axis=-1).reshape(-1, 2)
+    aside = cKDTree(rays[np.isfinite(rays).all(axis=1)]).query(middles[:, :2] / middles[:, 2:])[0]
+    assert len(empty) > 4000 and aside.max() < bent.pixel

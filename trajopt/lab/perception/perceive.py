@@ -290,11 +290,13 @@ class Sight:
         middle = lens.pixels_of(local)
         slope = np.sqrt(1.0 + (local[:, 0] ** 2 + local[:, 1] ** 2) / depth**2)
         # How far the slope of a ray to a point of the ball is from that of the ray to its middle, at most.
-        reach = radius * slope / (depth - radius) * lens.stretch
+        apart = radius * slope / (depth - radius)
+        reach = apart * lens.stretch
         with np.errstate(invalid="ignore"):
             first = np.floor(middle - reach[:, None] * (lens.fx, lens.fy))
             last = np.ceil(middle + reach[:, None] * (lens.fx, lens.fy))
             inside = (first >= 0.0).all(axis=1) & (last <= (lens.width - 1, lens.height - 1)).all(axis=1)
+            inside &= np.hypot(*(local[:, :2] / depth[:, None]).T) + apart <= lens.widest
         some = np.flatnonzero(inside)
         if len(some):
             begin, end = first[some].astype(np.int64), last[some].astype(np.int64)

@@ -7,7 +7,7 @@ from math import inf
 from trajopt.lab.suite.html import document, image, table, used_share, words
 from trajopt.lab.suite.outcome import MethodSummary, RunOutcome, summaries
 from trajopt.planning.status import Status
-from trajopt.values.printed import aligned, in_short
+from trajopt.values.printed import aligned, in_number, in_short
 from trajopt.verify import Check, CheckKind
 
 SUITE_STYLE = """
@@ -175,8 +175,8 @@ def comparison_page(
     return document(
         "trajopt compare",
         COMPARISON_STYLE,
-        f"<p>{len(found)} methods on {len(problems)} problems: the same first guesses, the same budget, and "
-        "the same judge, which shares no code with the planner. "
+        f"<p>{in_number(found, 'method')} on {in_number(problems, 'problem')}: the same first guesses, the "
+        "same budget, and the same judge, which shares no code with the planner. "
         f"{escape(remark)}</p>"
         f"{_html_table(SUMMARY_HEAD, [summary_cells(item) for item in found])}"
         f'<p class="faint">{escape(LEGEND)}</p>{drawn}<h2>Every problem</h2>'
