@@ -131,6 +131,27 @@ def test_a_finger_is_not_the_tool(tmp_path: Path) -> None:
     assert gripper_of(robot, tool="tip").tool == "tip"
 
 
+def test_of_a_linkage_the_farthest_links_are_the_fingers(tmp_path: Path) -> None:
+    """Grippers of Robotiq and UFactory move six links."""
+    plain = gripper_of(jaw(tmp_path))
+    urdf, srdf = tmp_path / "jaw.urdf", tmp_path / "jaw.srdf"
+    box = '<geometry><box size="0.01 0.01 0.02"/></geometry>'
+    knuckles = "".join(
+        f'<link name="knuckle{k}"><collision>{box}</collision></link>'
+        f'<joint name="swing{k}" type="prismatic"><parent link="hand"/><child link="knuckle{k}"/>'
+        f'<origin xyz="0 {0.01 * side} 0.01"/><axis xyz="0 {side} 0"/>'
+        '<limit lower="0" upper="1" effort="1" velocity="1"/><mimic joint="slide0" multiplier="0.5"/></joint>'
+        for k, side in enumerate((1, -1))
+    )
+    urdf.write_text(urdf.read_text().replace("</robot>", f"{knuckles}</robot>"))
+    links = "".join(f'<link name="knuckle{k}"/><joint name="swing{k}"/>' for k in range(2))
+    srdf.write_text(srdf.read_text().replace("</group><end", f"{links}</group><end"))
+    found = gripper_of(to.Robot.from_urdf(urdf, srdf=srdf))
+    assert found.fingers == plain.fingers and set(found.links) > {"knuckle0", "knuckle1"}
+    np.testing.assert_allclose(found.openings, plain.openings, atol=1e-12)
+    assert found.force == plain.force and found.joint_names == plain.joint_names
+
+
 def test_three_fingers_are_not_a_parallel_gripper(tmp_path: Path) -> None:
     with pytest.raises(GripperError, match="should move two fingers"):
         gripper_of(jaw(tmp_path, fingers=3))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -169,6 +170,8 @@ SAMPLES = 17
 """Number of measured openings."""
 FAR = 10.0
 """Largest measured distance of the pads [m]."""
+EQUAL = 0.95
+"""Share of the distance of two fingers from the hand from which another moving link is a third finger."""
 
 
 def gripper_of(
@@ -176,9 +179,9 @@ def gripper_of(
 ) -> Gripper:
     """Return the gripper that a robot's SRDF describes, measured on its collision bodies.
 
-    The group of the end effector must move exactly two links towards each other. Their distance is measured
-    over the range of their joints; the approach direction leads from the link of the end effector to the tool
-    frame.
+    The group of the end effector must move two links towards each other: of a linkage the two farthest from
+    the hand. Their distance is measured over the range of their joints; the approach direction leads from the
+    link of the end effector to the tool frame.
 
     Args:
         robot: The robot; or a scene with it, whose tools count too.
@@ -203,17 +206,15 @@ def gripper_of(
         raise GripperError(robot.name, f"the joints of group {shown(effector.group)} turn without end")
     if not np.isfinite(limits.effort).any():
         raise GripperError(robot.name, f"the joints of group {shown(effector.group)} state no effort limit")
-    fingers = _fingers(reduced)
-    parted = _parted(reduced, fingers)
     frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
+    at, base = (scene.placement_of(name, standing) for name in (frame, effector.parent_link))
+    fingers, parted = _opposite(reduced, at.translation - base.translation)
     if tool is None and frame in fingers:
         reason = (
             f"the last frame of its arm, {shown(frame)}, is a finger; name a frame between the pads (tool=)"
         )
         raise GripperError(robot.name, reason)
-    at = scene.placement_of(frame, standing)
     closing = at.rotation.T @ parted.direction
-    base = scene.placement_of(effector.parent_link, standing)
     reach = at.rotation.T @ (at.translation - base.translation)
     approach = reach - (reach @ closing) * closing
     if np.linalg.norm(approach) < 1e-6:
@@ -273,8 +274,39 @@ class _Parted:
     direction: Floats
 
 
-def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
-    limits, robot = reduced.limits, reduced.scene.robot
+def _opposite(reduced: ReducedModel, ahead: Floats) -> tuple[tuple[str, str], _Parted]:
+    """Return the moving links that press on an object: of those that part steadily the farthest ahead.
+
+    Args:
+        ahead: Direction from the hand to the pads in the world, shape (3,).
+    """
+    moving = {body.owner for body in reduced.bodies if body.joint > 0}
+    centres: dict[str, Floats] = {}
+    for body in reduced.scene.robot.bodies:
+        if body.owner not in moving:
+            continue
+        place = reduced.scene.placement_of(body.frame, reduced.start) * body.placement
+        centre = placed_box(body.shape, place).mean(axis=0)
+        if body.owner not in centres or centre @ ahead > centres[body.owner] @ ahead:
+            centres[body.owner] = centre
+    far = {name: float(centre @ ahead) for name, centre in centres.items()}
+    for pair in sorted(combinations(far, 2), key=lambda pair: -min(far[name] for name in pair)):
+        parted = _parted(reduced, pair)
+        if parted is None:
+            continue
+        enough = EQUAL * min(far[name] for name in pair)
+        if all(far[name] < enough for name in far.keys() - pair):
+            return pair, parted
+        break
+    reason = (
+        f"group {shown(reduced.group)} should move two fingers with a shape that open steadily, moves "
+        f"{', '.join(centres) or 'none'}"
+    )
+    raise GripperError(reduced.scene.robot.name, reason)
+
+
+def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted | None:
+    limits = reduced.limits
     apart = reduce_model(reduced.scene.allow(*fingers, allowed=False), reduced.group, reduced.start)
     positions = limits.lower + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (limits.upper - limits.lower)
     contacts = evaluator(apart).close_pairs(positions, np.full(len(apart.pairs.margin), FAR))
@@ -282,6 +314,8 @@ def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
     sample, distance = contacts.sample[between], contacts.distance[between]
     gaps = np.full(SAMPLES, np.inf)
     np.minimum.at(gaps, sample, distance)
+    if not np.isfinite(gaps).all():
+        return None
     widest = int(np.argmin(np.where(sample == int(np.argmax(gaps)), distance, np.inf)))
     if gaps[0] > gaps[-1]:
         gaps, positions = gaps[::-1], positions[::-1]
@@ -289,17 +323,8 @@ def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
     first = max(int(np.argmax(gaps > 0.0)) - 1, 0)
     openings = np.maximum(gaps[first:], 0.0)
     if openings[-1] == 0.0 or (np.diff(openings) <= 0.0).any():
-        raise GripperError(robot.name, f"{' and '.join(fingers)} do not open steadily")
+        return None
     return _Parted(openings, positions[first:], contacts.normal[between][widest])
-
-
-def _fingers(reduced: ReducedModel) -> tuple[str, str]:
-    moved = tuple(dict.fromkeys(body.owner for body in reduced.bodies if body.joint > 0))
-    if len(moved) != 2:
-        named = ", ".join(moved) or "none"
-        reason = f"group {shown(reduced.group)} should move two fingers with a shape, moves {named}"
-        raise GripperError(reduced.scene.robot.name, reason)
-    return moved[0], moved[1]
 
 
 def _effector(robot: Robot, name: str | None, group: str) -> EndEffector:
