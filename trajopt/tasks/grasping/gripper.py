@@ -208,21 +208,24 @@ def gripper_of(
         raise GripperError(robot.name, f"the joints of group {shown(effector.group)} state no effort limit")
     frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
     at, base = (scene.placement_of(name, standing) for name in (frame, effector.parent_link))
-    fingers, parted = _opposite(reduced, at.translation - base.translation)
-    if tool is None and frame in fingers:
+    ahead = at.translation - base.translation
+    aimless = (
+        f"its tool frame {shown(frame)} is at {shown(effector.parent_link)}, the end effector's link, so "
+        "the approach has no direction; name a frame between the pads (tool=), or a link behind it"
+    )
+    if np.linalg.norm(ahead) < 1e-6:
+        raise GripperError(robot.name, aimless)
+    if tool is None and reduced.attachment(frame)[0] > 0:
         reason = (
             f"the last frame of its arm, {shown(frame)}, is a finger; name a frame between the pads (tool=)"
         )
         raise GripperError(robot.name, reason)
+    fingers, parted = _opposite(reduced, base.translation, ahead)
     closing = at.rotation.T @ parted.direction
-    reach = at.rotation.T @ (at.translation - base.translation)
+    reach = at.rotation.T @ ahead
     approach = reach - (reach @ closing) * closing
     if np.linalg.norm(approach) < 1e-6:
-        reason = (
-            f"its tool frame {shown(frame)} is at {shown(effector.parent_link)}, the end effector's link, so "
-            "the approach has no direction; name a frame between the pads (tool=), or a link behind it"
-        )
-        raise GripperError(robot.name, reason)
+        raise GripperError(robot.name, aimless)
     known = Gripper(
         group=effector.group,
         tool=frame,
@@ -274,22 +277,19 @@ class _Parted:
     direction: Floats
 
 
-def _opposite(reduced: ReducedModel, ahead: Floats) -> tuple[tuple[str, str], _Parted]:
+def _opposite(reduced: ReducedModel, hand: Floats, ahead: Floats) -> tuple[tuple[str, str], _Parted]:
     """Return the moving links that press on an object: of those that part steadily the farthest ahead.
 
     Args:
-        ahead: Direction from the hand to the pads in the world, shape (3,).
+        hand: Position in the world, shape (3,) [m].
+        ahead: Direction from there to the pads, shape (3,).
     """
-    moving = {body.owner for body in reduced.bodies if body.joint > 0}
-    centres: dict[str, Floats] = {}
+    far = {body.owner: 0.0 for body in reduced.bodies if body.joint > 0}
     for body in reduced.scene.robot.bodies:
-        if body.owner not in moving:
-            continue
-        place = reduced.scene.placement_of(body.frame, reduced.start) * body.placement
-        centre = placed_box(body.shape, place).mean(axis=0)
-        if body.owner not in centres or centre @ ahead > centres[body.owner] @ ahead:
-            centres[body.owner] = centre
-    far = {name: float(centre @ ahead) for name, centre in centres.items()}
+        if body.owner in far:
+            place = reduced.scene.placement_of(body.frame, reduced.start) * body.placement
+            centre = placed_box(body.shape, place).mean(axis=0)
+            far[body.owner] = max(far[body.owner], float((centre - hand) @ ahead))
     for pair in sorted(combinations(far, 2), key=lambda pair: -min(far[name] for name in pair)):
         parted = _parted(reduced, pair)
         if parted is None:
@@ -300,7 +300,7 @@ def _opposite(reduced: ReducedModel, ahead: Floats) -> tuple[tuple[str, str], _P
         break
     reason = (
         f"group {shown(reduced.group)} should move two fingers with a shape that open steadily, moves "
-        f"{', '.join(centres) or 'none'}"
+        f"{', '.join(far) or 'none'}"
     )
     raise GripperError(reduced.scene.robot.name, reason)
 
