@@ -209,16 +209,15 @@ def gripper_of(
     frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
     at, base = (scene.placement_of(name, standing) for name in (frame, effector.parent_link))
     ahead = at.translation - base.translation
+    between = "name a frame between the pads (tool=; `Scene.with_tool` adds one)"
     aimless = (
         f"its tool frame {shown(frame)} is at {shown(effector.parent_link)}, the end effector's link, so "
-        "the approach has no direction; name a frame between the pads (tool=), or a link behind it"
+        f"the approach has no direction; {between}, or a link behind it"
     )
     if np.linalg.norm(ahead) < 1e-6:
         raise GripperError(robot.name, aimless)
     if tool is None and reduced.attachment(frame)[0] > 0:
-        reason = (
-            f"the last frame of its arm, {shown(frame)}, is a finger; name a frame between the pads (tool=)"
-        )
+        reason = f"the last frame of its arm, {shown(frame)}, is a finger; {between}"
         raise GripperError(robot.name, reason)
     fingers, parted = _opposite(reduced, base.translation, ahead)
     closing = at.rotation.T @ parted.direction
