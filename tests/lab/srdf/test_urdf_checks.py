@@ -56,6 +56,7 @@ def test_a_good_robot_has_no_findings(changed: Check) -> None:
         ('ixy="0.001"', 'ixy="0.1"', Severity.ERROR, "arm", "negative moment of inertia"),
         ('lower="-2" upper="2"', "", Severity.ERROR, "turn", "cannot move: both limits are 0"),
         ('lower="-2" upper="2"', 'lower="-180" upper="180"', Severity.WARNING, "turn", "degrees"),
+        ('lower="-2" upper="2"', 'lower="-1e6" upper="1e6"', Severity.NOTE, "turn", "without limits"),
         ('effort="10"', 'effort="0"', Severity.WARNING, "turn", "or one of zero, on its effort"),
         ('velocity="1"', 'velocity="0"', Severity.WARNING, "turn", "or one of zero, on its velocity"),
         ('xyz="0 0 0.3"', 'xyz="0 0 300"', Severity.ERROR, "turn", "300 m from its parent: millimetres"),

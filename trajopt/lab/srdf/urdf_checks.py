@@ -10,6 +10,7 @@ import numpy as np
 
 from trajopt.robot.joints import joint_unit
 from trajopt.robot.loading.mimics import followed_limits
+from trajopt.robot.loading.pinocchio_model import ENDLESS
 from trajopt.robot.robot import Robot
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import MeshFileError, MimicOutOfRange, shown
@@ -153,6 +154,8 @@ def _limit(name: str, kind: str, lower: float, upper: float, rates: Mapping[str,
     if kind != "continuous":
         if lower == upper:
             yield Finding(Severity.ERROR, name, f"cannot move: both limits are {lower:g}")
+        elif lower <= -ENDLESS and upper >= ENDLESS:
+            yield Finding(Severity.NOTE, name, f"moves from {lower:g} to {upper:g}: without limits")
         elif kind == "revolute" and upper - lower > WIDE:
             yield Finding(
                 Severity.WARNING, name, f"turns from {lower:g} to {upper:g} rad: degrees, meant as radians?"
