@@ -180,6 +180,13 @@ def test_a_motion_that_was_changed_in_the_file_is_refused(carried: TaskResult, t
         read_result(tmp_path / "x.trajopt")
 
 
+def test_motions_that_do_not_join_are_refused(carried: TaskResult) -> None:
+    first, second, *others = carried.segments
+    for broken in ((second, *others), (first, *others), (first, first, second, *others)):
+        with pytest.raises(ShapeError, match=r"segments: motion \d begins .* away from the arm"):
+            replace(carried, segments=broken)
+
+
 def test_the_certificate_has_the_checks_of_all_motions_at_their_times(carried: TaskResult) -> None:
     whole = carried.certificate
     parts = [segment.result.require().certificate for segment in carried.segments]

@@ -18,10 +18,10 @@ from trajopt.scene.scene import Scene
 from trajopt.scene.track import Track
 from trajopt.timing.time_scaling import after_standing, standing
 from trajopt.values.arrays import Floats, Value, readonly
-from trajopt.values.errors import PlanningFailed, ProblemError, shown
+from trajopt.values.errors import PlanningFailed, ProblemError, ShapeError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement
-from trajopt.values.trajectory import Trajectory
+from trajopt.values.trajectory import MEETING, Trajectory
 from trajopt.verify.certificate import Certificate, joined
 
 SAMPLE = 0.02
@@ -192,6 +192,14 @@ class MotionSequence(SavedResult, Generic[Part]):
     failed: str = ""
     stopped: Stop | None = None
     outline: tuple[StageNode, ...] = ()
+
+    def __post_init__(self) -> None:
+        here = self.start
+        for index, segment in enumerate(self.segments):
+            away = float(np.abs(segment.positions(0.0) - here).max(initial=0.0))
+            if away > MEETING:
+                raise ShapeError("segments", f"motion {index} begins {away:.3g} rad or m away from the arm")
+            here = segment.end
 
     @property
     def verified(self) -> bool:
