@@ -86,6 +86,13 @@ def test_a_moving_goal_is_met_by_a_slow_tool(cell: to.Scene) -> None:
     check_followed(problem, to.plan(problem).require().trajectory, 0.12)
 
 
+def test_a_waypoint_is_passed_before_the_goal_is_followed(cell: to.Scene) -> None:
+    problem = replace(asked(belt(cell)), waypoints={"aside": {"panda_joint1": -0.6, "panda_joint4": -1.8}})
+    plan = to.plan(problem).require()
+    check_followed(problem, plan.trajectory, 0.12)
+    assert plan.certificate.passing_time("aside") is not None
+
+
 def test_without_dwell_it_ends_as_it_meets(cell: to.Scene) -> None:
     problem = asked(belt(cell), dwell=0.0)
     motion = to.plan(problem).require().trajectory

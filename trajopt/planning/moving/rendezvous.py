@@ -136,7 +136,9 @@ class Rendezvous:
             return replace(self._nothing(), status=still.status, message=words, blocks=still.blocks), 0.0
         planned = still.require()
         refused: Result | None = None
-        for motion in self._motions(planned.trajectory, meeting):
+        last = self.problem.waypoint_names[-1:]
+        passed = max((planned.certificate.passing_time(name) or 0.0 for name in last), default=0.0)
+        for motion in self._motions(planned.trajectory, passed, meeting):
             path = Path(motion.joint_names, motion.positions)
             judged = self._work.judged(MotionCandidate(path, motion, None), still.solve)
             if judged.verified:
@@ -153,17 +155,18 @@ class Rendezvous:
             refused = replace(self._nothing(), message=words)
         return refused, SLOWER[0] * planned.trajectory.duration
 
-    def _motions(self, still: Trajectory, meeting: float) -> Iterator[Trajectory]:
+    def _motions(self, still: Trajectory, passed: float, meeting: float) -> Iterator[Trajectory]:
+        """Yield motions that meet the goal and are as the still one until it has passed its last waypoint."""
         at_meeting, dwell = still(still.duration), self.problem.dwell
         for share in SHARES:
             for slower in SLOWER:
                 if slower * still.duration > meeting:
                     break
-                begin = meeting - share * slower * still.duration
+                begin = meeting - share * slower * (still.duration - passed)
                 followed = FollowingMotion.of(self._frame, at_meeting, meeting, begin, meeting + dwell)
                 if followed is None:
                     break
-                joined = followed.joined(still, slower)
+                joined = followed.joined(still, slower, passed)
                 wait = meeting + dwell - joined.duration
                 if wait >= 0.0 and seems_possible(joined, self.problem.limits, self._tools):
                     yield begun_later(joined, wait) if wait > 0.0 else joined
@@ -273,8 +276,8 @@ class FollowingMotion:
 
     To a motion y that ends at rest, at the frame's place of a time T, it adds the joint travel that follows
     the frame from the configuration at T: q*(t) - q*(T), exact in the last part. Before, the added part grows
-    from zero, by a quintic. So the sum begins as y does, and at T it has the frame's velocity and
-    acceleration.
+    from zero, by a quintic, after the last waypoint. So the sum begins as y does, and at T it has the frame's
+    velocity and acceleration.
 
     Attributes:
         times: Shape (s,), increasing [s].
@@ -302,13 +305,17 @@ class FollowingMotion:
             return None
         return FollowingMotion(times, _spline(times, found), meeting)
 
-    def joined(self, still: Trajectory, slower: float) -> Trajectory:
-        """Return a motion that meets the goal and stays with it; its time starts when it begins to move."""
+    def joined(self, still: Trajectory, slower: float, passed: float) -> Trajectory:
+        """Return a motion that meets the goal and stays with it; its time starts when it begins to move.
+
+        Args:
+            passed: Time at which `still` passes its last waypoint [s].
+        """
         settling = SETTLING if still.accelerations is not None and still.accelerations[-1].any() else 0.0
         over = still.duration * slower
-        duration = over + settling
+        duration, grows = over + settling, passed * slower
         mine = self.times - self.meeting + duration
-        knots = np.concatenate((still.times * slower, (duration,), mine))
+        knots = np.concatenate((still.times * slower, (grows, duration), mine))
         knots = np.unique(knots[knots >= 0.0])
         knots = knots[np.append(True, np.diff(knots) > _NEAR)]
         lent = np.flatnonzero(knots < mine[0])
@@ -320,7 +327,8 @@ class FollowingMotion:
         added = [self._at(order, knots - duration + self.meeting) for order in range(3)]
         added[0] = added[0] - place
         first = np.stack([self.rows[0, 0] - place, self.rows[1, 0], self.rows[2, 0]])
-        for order, values in enumerate(_grown(first, begins, knots[lent])):
+        since = np.maximum(knots[lent] - grows, 0.0)
+        for order, values in enumerate(_grown(first, begins - grows, since)):
             added[order][lent] = values
         return Trajectory(still.joint_names, knots, *(a + b for a, b in zip(rows, added, strict=True)))
 
