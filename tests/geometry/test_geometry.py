@@ -7,7 +7,7 @@ import pytest
 from tests.values.test_mesh_file import box
 from trajopt.geometry.geometry import collision_geometry
 from trajopt.values.arrays import Floats
-from trajopt.values.shapes.shapes import Box, Sphere, convex
+from trajopt.values.shapes.shapes import MOST_NEIGHBOURS, Box, Sphere, convex
 from trajopt.verify.kernel.shapes import coal_geometry
 
 
@@ -52,3 +52,10 @@ def test_hulls_with_corners_of_many_neighbours(points: Floats) -> None:
     assert np.array_equal(convex(hull.vertices).vertices, hull.vertices)
     for geometry in (collision_geometry(hull), coal_geometry(hull)):
         assert isinstance(geometry, coal.ConvexBase)
+
+
+@pytest.mark.parametrize(("size", "away"), [(1e5, 0.0), (1.0, 1e5), (1e-4, 0.0)])
+def test_hulls_of_any_size_end(size: float, away: float) -> None:
+    tip = np.concatenate((_ring(400, size, 0.0), [[0.0, 0.0, size]])) + np.array((away, 0.0, 0.0))
+    hull = convex(tip)
+    assert np.bincount(hull.faces.ravel()).max() <= MOST_NEIGHBOURS

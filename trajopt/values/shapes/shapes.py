@@ -107,15 +107,17 @@ Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Cone | Plane | Convex | M
 
 MOST_NEIGHBOURS = 255
 """Of a vertex of a hull: Coal counts them in one byte."""
-OUTWARD = 1e-7
-"""How far corners are moved outward at most, each time, where there would be more [m]."""
+OUTWARD, RESOLVED = 1e-7, 1e-10
+"""How far corners are moved outward at first where there would be more [m], and as a share of coordinates, so
+that rounding does not hide it.
+"""
 
 
 def convex(points: ArrayLike) -> Convex:
     """Wrap points into their convex hull.
 
     If a corner has more than 255 neighbours, as the tip of a finely meshed cone, corners move outward by up
-    to a few tenths of a micrometre.
+    to a few tenths of a micrometre, or a few 1e-10 of the largest coordinate.
 
     Args:
         points: At least four points that do not lie in one plane, shape (n, 3) [m].
@@ -126,11 +128,13 @@ def convex(points: ArrayLike) -> Convex:
     cloud = floats("points", points, (None, 3))
     if len(cloud) < 4 or np.linalg.matrix_rank(cloud - cloud[0], tol=1e-9) < 3:
         raise ShapeError("points", "lie in one plane, so their hull has no volume")
+    step = max(OUTWARD, RESOLVED * float(np.abs(cloud).max()))
     corners, faces, outward = _hull(cloud)
     if (_neighbours(faces) > MOST_NEIGHBOURS).any():  # as triangles of a flat face have a corner in common
-        corners, faces, outward = _hull(corners + OUTWARD * _uneven(corners))
+        corners, faces, outward = _hull(corners + step * _uneven(corners))
     while ((neighbours := _neighbours(faces)) > MOST_NEIGHBOURS).any():
-        corners, faces, outward = _hull(np.concatenate(list(_blunt(corners, neighbours))))
+        corners, faces, outward = _hull(np.concatenate(list(_blunt(corners, neighbours, step))))
+        step *= 2.0  # so that this ends
     at = corners[faces]
     inward = np.einsum("ij,ij->i", np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), outward) < 0.0
     faces[inward] = faces[inward][:, ::-1]
@@ -159,7 +163,7 @@ def _uneven(corners: Floats) -> Floats:
     return np.random.default_rng(0).random((len(corners), 1)) * _directions(corners)
 
 
-def _blunt(corners: Floats, neighbours: Ints) -> Iterator[Floats]:
+def _blunt(corners: Floats, neighbours: Ints, step: float) -> Iterator[Floats]:
     """Yield the corners, and in place of those with too many neighbours circles of points around them."""
     crowded = neighbours > MOST_NEIGHBOURS
     yield corners[~crowded]
@@ -169,7 +173,7 @@ def _blunt(corners: Floats, neighbours: Ints) -> Iterator[Floats]:
         axes = np.stack((across, np.cross(away, across))) / np.linalg.norm(across)
         angles = np.linspace(0.0, 2.0 * np.pi, 3 + count // 64, endpoint=False)
         circle = np.stack((np.cos(angles), np.sin(angles)), axis=1) @ axes
-        yield corner + OUTWARD * (away + circle)
+        yield corner + step * (away + circle)
 
 
 def bounding_sphere(shape: Shape) -> tuple[Floats, float]:
