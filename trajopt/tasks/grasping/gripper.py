@@ -237,6 +237,11 @@ def gripper_of(
         approach=approach,
         closing=closing,
     )
+    return _sized(known, reduced, at)
+
+
+def _sized(known: Gripper, reduced: ReducedModel, at: Placement) -> Gripper:
+    """Return a gripper with its reach, tips and force; its tool is at a placement in the world."""
     axes = at * known.axes
     fronts = [
         float(placed_box(body.shape, axes.inverse() * body.placement)[1, 2])
@@ -247,16 +252,18 @@ def gripper_of(
     if np.isfinite(free) and free > 0.0:
         known = replace(known, reach=PAST_PADS * free)
     ends = [
-        placed_box(body.shape, axes.inverse() * scene.placement_of(body.frame, opened) * body.placement)
-        for opened in (reduced.all_positions(row) for row in parted.positions)
-        for body in robot.bodies
-        if body.owner in fingers
+        placed_box(
+            body.shape, axes.inverse() * reduced.scene.placement_of(body.frame, opened) * body.placement
+        )
+        for opened in (reduced.all_positions(row) for row in known.positions)
+        for body in reduced.scene.robot.bodies
+        if body.owner in known.fingers
     ]
     known = replace(known, tips=max(0.0, *(float(box[1, 2]) for box in ends)))
     # With a newton at each pad, the motor nearest to its limit decides how many there can be.
     each = np.abs(np.array(list(known.pressing((known.narrowest + known.widest) / 2.0, 1.0).values())))
     # Rounded to a micronewton, since the openings, of which it is a derivative, are.
-    return replace(known, force=round(float((limits.effort / each).min()), 6))
+    return replace(known, force=round(float((reduced.limits.effort / each).min()), 6))
 
 
 def arm_of(robot: Robot, gripper: Gripper) -> str:
