@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import trajopt as to
@@ -9,7 +10,7 @@ from tests.why.conftest import GOAL, START, tip_at
 from trajopt.planning.judgement import judge
 from trajopt.planning.result import Status
 from trajopt.why import ProblemChange, Remedy
-from trajopt.why.change import smallest_changes
+from trajopt.why.change import moved_object, smallest_changes
 from trajopt.why.explain import candidates
 
 
@@ -57,6 +58,26 @@ def test_a_region_is_widened_or_the_goal_moved_into_it(arm: to.Robot) -> None:
     assert {"place of tip", "region of tip grown on every side"} & found.keys()
     for remedy in found.values():
         assert 0.01 < remedy.amount < 0.2
+
+
+def test_the_words_of_a_move_lead_to_the_place_planned_for(pillar: to.Scene) -> None:
+    """The direction was printed rounded, but the object moved as it was: 1 mm aside over 0.2 m."""
+    problem = to.Problem(scene=pillar, start=START, goal=to.joint_positions(GOAL))
+    change = moved_object(problem, "pillar", np.array((0.2, 0.456, -0.4)), 0.2)
+    printed = np.array([float(item) for item in change.words(0.2).split("(")[1].rstrip(")").split(",")])
+    before, after = (p.scene.object("pillar").placement.translation for p in (problem, change.apply(0.2)))
+    np.testing.assert_allclose(after - before, 0.2 * printed / np.linalg.norm(printed), atol=1e-12)
+
+
+def test_a_waypoint_that_gives_way_is_named(arm: to.Robot) -> None:
+    """Its remedies were said to move the goal, and the reason numbered it."""
+    scene = to.Scene(arm)
+    tip = scene.placement_of("tip", arm.positions(GOAL)).translation
+    via = to.frame_placement("tip", to.placement(1.5 * tip), rotation_tolerance=np.inf)
+    problem = to.Problem(scene=scene, start=START, goal=to.joint_positions(GOAL), waypoints={"via": via})
+    assert "for waypoint via" in to.plan(problem).reason
+    words = [remedy.words for remedy in remedied(problem).values()]
+    assert any(item.startswith("at waypoint via, move the place of tip ") for item in words)
 
 
 def test_nothing_alone_helps_where_several_joints_are_too_weak(arm: to.Robot) -> None:

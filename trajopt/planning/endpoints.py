@@ -195,7 +195,7 @@ class EndpointChecks:
         try:
             chosen = choose_waypoints(
                 problem.evaluator(problem.reduced, counts),
-                problem.waypoint_requirements,
+                dict(zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)),
                 [problem.requirements_at(stop) for stop in range(1, self._last_stop)],
                 rng=rng,
                 effort=problem.limits.effort,

@@ -70,10 +70,12 @@ def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Pr
 
 def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first: float) -> ProblemChange:
     """Return the change that moves a placement along a direction, shape (3,), in its reference."""
-    direction = shift / np.linalg.norm(shift)
+    direction = _as_printed(shift)
+    unit = direction / np.linalg.norm(direction)
+    at = "goal" if any(item is goal for item in problem.goals) else "place"
 
     def apply(amount: float) -> Problem:
-        where = Placement(goal.placement.rotation, goal.placement.translation + amount * direction)
+        where = Placement(goal.placement.rotation, goal.placement.translation + amount * unit)
         return with_requirement(problem, goal, replace(goal, placement=where))
 
     return ProblemChange(
@@ -81,7 +83,7 @@ def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first
         unit="m",
         first=first,
         largest=max(4.0 * first, 0.1),
-        words=lambda amount: f"move the goal of {goal.frame} {in_length(amount)} along {_axis(direction)}",
+        words=lambda amount: f"move the {at} of {goal.frame} {in_length(amount)} along {_axis(direction)}",
         apply=apply,
     )
 
@@ -155,7 +157,8 @@ def slower_start(problem: Problem) -> ProblemChange:
 
 def moved_object(problem: Problem, name: str, direction: Floats, first: float) -> ProblemChange:
     """Return the change that moves an object of the scene along a direction of the world, shape (3,)."""
-    item, along = problem.scene.object(name), direction / np.linalg.norm(direction)
+    item, printed = problem.scene.object(name), _as_printed(direction)
+    along = printed / np.linalg.norm(printed)
 
     def apply(amount: float) -> Problem:
         where = Placement(item.placement.rotation, item.placement.translation + amount * along)
@@ -166,7 +169,7 @@ def moved_object(problem: Problem, name: str, direction: Floats, first: float) -
         unit="m",
         first=first,
         largest=max(4.0 * first, 0.3),
-        words=lambda amount: f"move {name} {in_length(amount)} along {_axis(along)}",
+        words=lambda amount: f"move {name} {in_length(amount)} along {_axis(printed)}",
         apply=apply,
     )
 
@@ -265,11 +268,17 @@ def lighter_load(problem: Problem, name: str) -> ProblemChange:
     )
 
 
+def _as_printed(direction: Floats) -> Floats:
+    """Round a direction to what `_axis` prints, so that the words lead to the place planned for."""
+    unit = direction / np.linalg.norm(direction)
+    return np.round(unit, 0 if np.abs(unit).max() > 0.999 else 2) + 0.0
+
+
 def _axis(direction: Floats) -> str:
     main = int(np.argmax(np.abs(direction)))
-    if abs(direction[main]) > 0.999:
+    if np.count_nonzero(direction) == 1:
         return f"{'+' if direction[main] > 0.0 else '-'}{'xyz'[main]}"
-    return "(" + ", ".join(f"{part:.2f}" for part in np.round(direction, 2) + 0.0) + ")"
+    return "(" + ", ".join(f"{part:.2f}" for part in direction) + ")"
 
 
 def joint_moves(problem: Problem, moved: Floats) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from math import inf, isfinite
 
 import numpy as np
@@ -114,8 +115,7 @@ def candidates(known: Explanation) -> Iterator[ProblemChange]:
         goal = fixed_positions(problem.goals, problem.reduced)
         yield from (_at_a_searched_goal(known) if goal is None else _at_a_fixed_goal(known, goal))
     elif known.status is Status.NO_WAYPOINT:
-        for stop, wanted in enumerate(problem.waypoint_requirements, start=1):
-            yield from _gives_way(problem, wanted, problem.requirements_at(stop))
+        yield from _at_the_waypoints(problem)
     elif problem.starts_moving:
         yield slower_start(problem)
     yield from _requirements_in_the_way(known)
@@ -123,6 +123,16 @@ def candidates(known: Explanation) -> Iterator[ProblemChange]:
     for block in known.blocks:
         if block.kind is ObstructionKind.EFFORT:
             yield from _effort(problem, block)
+
+
+def _at_the_waypoints(problem: Problem) -> Iterator[ProblemChange]:
+    def named(name: str, words: Callable[[float], str], amount: float) -> str:
+        return f"at waypoint {name}, {words(amount)}"
+
+    named_stops = zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)
+    for stop, (name, wanted) in enumerate(named_stops, start=1):
+        for change in _gives_way(problem, wanted, problem.requirements_at(stop)):
+            yield replace(change, words=partial(named, name, change.words))
 
 
 def _at_the_start(known: Explanation) -> Iterator[ProblemChange]:

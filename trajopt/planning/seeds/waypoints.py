@@ -1,6 +1,6 @@
 """Seeds that pass waypoints: a configuration for each, and the knots they are held at."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -53,7 +53,7 @@ class WaypointChoice:
 
 def choose_waypoints(
     query: Evaluator,
-    waypoints: Sequence[Sequence[Requirement]],
+    waypoints: Mapping[str, Sequence[Requirement]],
     passing: Sequence[Sequence[Requirement]],
     *,
     rng: np.random.Generator,
@@ -65,6 +65,7 @@ def choose_waypoints(
     If joint positions are required, these are tried first, and then others within their tolerances.
 
     Args:
+        waypoints: Requirements by name, in order.
         passing: Other requirements at each, which hold on the way to it or on from it.
         effort: Effort limits for holding still, shape (n,) [Nm | N]; not considered when None.
         check: Called repeatedly; may raise to stop.
@@ -72,7 +73,7 @@ def choose_waypoints(
     reduced = query.reduced
     last = reduced.start_positions
     found: list[Floats] = []
-    for number, (wanted, also) in enumerate(zip(waypoints, passing, strict=True), start=1):
+    for (name, wanted), also in zip(waypoints.items(), passing, strict=True):
         middle = _middle(reduced, wanted, also, query)
         if middle is not None and holding_load(query, middle[None], effort)[0] < HOLDABLE:
             last = middle
@@ -82,7 +83,7 @@ def choose_waypoints(
             if not seen.free and not seen.colliding and not seen.overloaded:
                 seen = search(effort=effort, check=check, starts=MANY_STARTS)
             if not seen.free:
-                return WaypointChoice(tuple(found), _why_none(reduced, number, seen, (*wanted, *also)))
+                return WaypointChoice(tuple(found), _why_none(reduced, name, seen, (*wanted, *also)))
             last = min(seen.free, key=lambda q, before=last: _effort(reduced, before, q))
         found.append(last)
     return WaypointChoice(tuple(found), "")
@@ -103,21 +104,19 @@ def _middle(
     return None if also and Projection(reduced, also, query).violation(middle[None])[0] > 0.0 else middle
 
 
-def _why_none(
-    reduced: ReducedModel, number: int, seen: GoalCandidates, required: Sequence[Requirement]
-) -> str:
+def _why_none(reduced: ReducedModel, name: str, seen: GoalCandidates, required: Sequence[Requirement]) -> str:
     if seen.overloaded:
         return (
-            f"all {len(seen.overloaded)} configurations found for waypoint {number} that touch nothing need "
+            f"all {len(seen.overloaded)} configurations found for waypoint {name} that touch nothing need "
             "more torque only to hold still than the joints have"
         )
     if seen.blocking is None:
         miss = f"misses it by {missed_at(reduced, required, seen.nearest)}"
-        return f"the nearest configuration tried for waypoint {number} {miss}"
+        return f"the nearest configuration tried for waypoint {name} {miss}"
     nearest, how = how_near(*seen.blocking, seen.required), "collide"
     if seen.required > 0.0:
         how += " or come too near to something"
-    return f"all {seen.colliding} configurations found for waypoint {number} {how}; in the nearest, {nearest}"
+    return f"all {seen.colliding} configurations found for waypoint {name} {how}; in the nearest, {nearest}"
 
 
 def line_through(reduced: ReducedModel, stops: Sequence[Floats], knots: int) -> WaypointLine:
