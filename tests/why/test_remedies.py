@@ -10,8 +10,8 @@ from tests.why.conftest import GOAL, START, tip_at
 from trajopt.planning.judgement import judge
 from trajopt.planning.result import Status
 from trajopt.why import ProblemChange, Remedy
-from trajopt.why.change import moved_object, smallest_changes
-from trajopt.why.explain import candidates
+from trajopt.why.change import moved_object, smaller_clearance, smallest_changes
+from trajopt.why.explain import candidates, longer
 
 
 def remedied(problem: to.Problem) -> dict[str, Remedy]:
@@ -67,6 +67,17 @@ def test_the_words_of_a_move_lead_to_the_place_planned_for(pillar: to.Scene) -> 
     printed = np.array([float(item) for item in change.words(0.2).split("(")[1].rstrip(")").split(",")])
     before, after = (p.scene.object("pillar").placement.translation for p in (problem, change.apply(0.2)))
     np.testing.assert_allclose(after - before, 0.2 * printed / np.linalg.norm(printed), atol=1e-12)
+
+
+def test_the_words_of_a_change_have_all_its_digits(pillar: to.Scene) -> None:
+    """2.752 s and 331.2 Nm were printed as 2.75 s and 331 Nm, which are too little."""
+    problem = to.Problem(scene=pillar, start=START, goal=to.joint_positions(GOAL), finish_by=2.7012)
+    assert longer(problem, 2.7012).words(0.051) == "allow 0.051 s more, until 2.7522 s"
+    tilt = to.axis_alignment("tip", tolerance=1.2).relaxations[0]
+    assert float(tilt.words(0.011).split(" to ")[1].split()[0]) == pytest.approx(np.rad2deg(1.211), abs=1e-4)
+    near = pillar.with_clearance(0.0331, "pillar", "tip")
+    change = smaller_clearance(replace(problem, scene=near), "pillar", "tip", 0.001)
+    assert change is not None and change.words(0.0012).endswith("from 33.1 to 31.9 mm")
 
 
 def test_a_waypoint_that_gives_way_is_named(arm: to.Robot) -> None:

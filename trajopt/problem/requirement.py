@@ -114,7 +114,7 @@ class Relaxation:
     def words(self, amount: float) -> str:
         """Describe the change by an amount."""
         unit, after = self.unit, self.now - amount if self.shrinks else self.now + amount
-        return f"{self.what} {self.now / unit.size:.3g} to {after / unit.size:.3g} {unit.name}".rstrip()
+        return f"{self.what} {self.now / unit.size:.3g} to {after / unit.size:.6g} {unit.name}".rstrip()
 
 
 GROUP = "trajopt.requirements"

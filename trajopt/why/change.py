@@ -150,7 +150,7 @@ def slower_start(problem: Problem) -> ProblemChange:
         unit="",
         first=0.5,
         largest=1.0,
-        words=lambda amount: f"start at {100.0 * (1.0 - amount):.3g} % of the speed",
+        words=lambda amount: f"start at {100.0 * (1.0 - amount):.6g} % of the speed",
         apply=apply,
     )
 
@@ -185,7 +185,7 @@ def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Pr
         return None
 
     def words(amount: float) -> str:
-        return f"margin of {first} from {second} {1000 * margin:.3g} to {1000 * (margin - amount):.3g} mm"
+        return f"margin of {first} from {second} {1000 * margin:.3g} to {1000 * (margin - amount):.6g} mm"
 
     return ProblemChange(
         what=f"margin of {first} from {second}",
@@ -207,7 +207,7 @@ def smaller_clearance(problem: Problem, first: str, second: str, lack: float) ->
         return None
 
     def words(amount: float) -> str:
-        change = f"from {1000 * required:.3g} to {1000 * (required - amount):.3g} mm"
+        change = f"from {1000 * required:.3g} to {1000 * (required - amount):.6g} mm"
         return f"required clearance between {first} and {second} lowered {change}"
 
     def apply(amount: float) -> Problem:
@@ -245,7 +245,7 @@ def stronger_joint(problem: Problem, joint: str, need: float) -> ProblemChange:
         unit=unit,
         first=1.1 * max(need - limit, 0.05 * limit),
         largest=20.0 * limit,
-        words=lambda amount: f"effort limit of {joint} {limit:.3g} to {limit + amount:.3g} {unit}",
+        words=lambda amount: f"effort limit of {joint} {limit:.3g} to {limit + amount:.6g} {unit}",
         apply=apply,
     )
 
@@ -263,7 +263,7 @@ def lighter_load(problem: Problem, name: str) -> ProblemChange:
         unit="kg",
         first=item.mass / 2.0,
         largest=item.mass,
-        words=lambda amount: f"mass of {name} {item.mass:.3g} to {item.mass - amount:.3g} kg",
+        words=lambda amount: f"mass of {name} {item.mass:.3g} to {item.mass - amount:.6g} kg",
         apply=apply,
     )
 

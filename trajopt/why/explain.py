@@ -323,7 +323,7 @@ def longer(problem: Problem, deadline: float) -> ProblemChange:
         unit="s",
         first=FIRST,
         largest=LONGEST,
-        words=lambda amount: f"allow {in_unit(amount, 's')} more, until {deadline + amount:.3g} s",
+        words=lambda amount: f"allow {in_unit(amount, 's')} more, until {deadline + amount:.6g} s",
         apply=lambda amount: replace(problem, finish_by=deadline + amount),
     )
 
