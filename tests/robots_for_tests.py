@@ -64,3 +64,39 @@ def two_arms(folder: Path) -> Robot:
     (folder / "arms.srdf").write_text(f'<robot name="two_arms">{groups}{both}</robot>')
     tool = ("right_hand", placement((0.0, 0.0, 0.2), rpy=(0.1, 0.0, 0.0)))
     return Robot.from_urdf(folder / "arms.urdf", srdf=folder / "arms.srdf", frames={"tool": tool})
+
+
+def sliding_base(folder: Path) -> Robot:
+    """Write and load a base that slides and turns without limits, with a mast of two joints: one group, "all"."""
+    links = "".join(
+        f'<link name="{link}"/>'
+        if size is None
+        else f'<link name="{link}"><collision><origin xyz="0 0 {z}"/><geometry><box size="{size}"/></geometry></collision></link>'
+        for link, size, z in (
+            ("floor", None, 0),
+            ("across", None, 0),
+            ("along", None, 0),
+            ("base", "0.8 0.6 0.4", 0.3),
+            ("mast", "0.1 0.1 0.4", 0.3),
+            ("boom", "0.4 0.05 0.05", 0),
+        )
+    )
+    endless = '<limit lower="-1e6" upper="1e6" effort="500" velocity="1"/>'
+    turns = '<limit lower="-2" upper="2" effort="100" velocity="1"/>'
+    joints = (
+        ("x", "prismatic", "floor", "across", "0 0 0", "1 0 0", endless),
+        ("y", "prismatic", "across", "along", "0 0 0", "0 1 0", endless),
+        ("yaw", "continuous", "along", "base", "0 0 0", "0 0 1", '<limit effort="100" velocity="1"/>'),
+        ("swing", "revolute", "base", "mast", "0 0 0.5", "0 0 1", turns),
+        ("lift", "revolute", "mast", "boom", "0.3 0 0.4", "0 1 0", turns),
+    )
+    (folder / "base.urdf").write_text(
+        f'<robot name="base">{links}'
+        + "".join(
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{at}"/><axis xyz="{axis}"/>{limit}</joint>'
+            for name, kind, parent, child, at, axis, limit in joints
+        )
+        + "</robot>"
+    )
+    return Robot.from_urdf(folder / "base.urdf")

@@ -1,4 +1,4 @@
-"""The problems of robots on wheels: base and arm together, around a column to a table out of reach."""
+"""Robots on wheels and slides: around a column to a table out of reach, out of buildings, far away."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,41 @@ import pytest
 from trajopt_problems.moving_bases import past_column_pr2, past_column_tiago
 
 import trajopt as to
+from tests.robots_for_tests import sliding_base
+from trajopt.optimise.kinematics import reduce_model
+from trajopt.optimise.kinematics.inverse import random_starts
 from trajopt.verify import CheckKind
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
+    return sliding_base(tmp_path_factory.mktemp("base"))
+
+
+@pytest.mark.parametrize("half", [2.0, 4.0, 8.0])
+def test_it_leaves_a_building_whose_door_is_behind_it(base: to.Robot, half: float) -> None:
+    scene = to.Scene(base).add("front", to.Box(0.2, 2.0 * half, 2.0), to.placement((2.0, 0.0, 1.0)))
+    for name, side in (("left", half), ("right", -half)):
+        scene = scene.add(name, to.Box(4.0, 0.2, 2.0), to.placement((0.1, side, 1.0)))
+    problem = to.Problem(scene=scene, start=base.positions(), goal=to.joint_positions({"x": 4.0, "y": 0.0}))
+    result = to.plan(problem)
+    assert np.abs(result.require().trajectory.positions[:, 1]).max() > half
+    assert len(result.attempts) <= 4, "a sampled path, no lucky bend"
+
+
+@pytest.mark.parametrize("away", [5.0, 50.0, 300.0])
+def test_it_finds_a_placement_of_its_hand_far_away(base: to.Robot, away: float) -> None:
+    start = base.positions({"x": 700.0, "y": -200.0})
+    goal = to.frame_placement("boom", to.placement((700.0 + away, -200.0 - away, 0.9)))
+    plan = to.plan(to.Problem(scene=to.Scene(base), start=start, goal=goal)).require()
+    end = to.Scene(base).placement_of("boom", plan.trajectory.positions[-1]).translation
+    assert np.abs(end - (700.0 + away, -200.0 - away, 0.9)).max() < 1e-3
+
+
+def test_searches_for_a_goal_begin_near_where_it_stands(base: to.Robot) -> None:
+    reduced = reduce_model(to.Scene(base), "all", base.positions({"x": 700.0, "y": -200.0}))
+    begin = random_starts(reduced, np.random.default_rng(0), 50)
+    assert np.abs(begin[:, :2] - (700.0, -200.0)).max() < np.pi
 
 
 @pytest.mark.slow

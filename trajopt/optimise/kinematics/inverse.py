@@ -211,6 +211,9 @@ def random_starts(
         )
         limits = replace(limits, lower=lower, upper=upper)
     begin = draw_positions(limits, count, rng=rng)
+    # Without limits one place is as good as another, so a joint that slides stays near its start.
+    endless = np.isinf(limits.lower) & np.isinf(limits.upper) & (turning_joints(reduced) == 0.0)
+    begin[:, endless] += reduced.start_positions[endless]
     begin[0] = reduced.start_positions
     return begin
 

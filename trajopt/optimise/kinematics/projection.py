@@ -180,7 +180,9 @@ class Projection:
         n = positions.shape[1]
         transposed = np.swapaxes(jacobian, 1, 2)
         slope = (transposed @ error[:, :, None])[:, :, 0]
-        damping = DAMPING * np.einsum("sd,sd->s", error, error) + LEAST_DAMPING
+        # No rotation errs by more; a position that does by 100 m needs no steps of centimetres.
+        counted = np.clip(error, -np.pi, np.pi)
+        damping = DAMPING * np.einsum("sd,sd->s", counted, counted) + LEAST_DAMPING
         free = ~self._pressed(positions, slope)
         normal: Floats = np.where(free[:, :, None] & free[:, None, :], transposed @ jacobian, 0.0)
         normal += damping[:, None, None] * np.eye(n)

@@ -10,7 +10,7 @@ from itertools import count, pairwise
 import numpy as np
 
 from trajopt.geometry import Evaluator, SearchSpace, WorkCounts, search_path
-from trajopt.optimise.kinematics.projection import Projection
+from trajopt.optimise.kinematics.projection import Projection, turning_joints
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext, SeedKind
 from trajopt.values.arrays import Floats, Printed
 
@@ -35,7 +35,11 @@ KEPT = (0.5, -1.0)
 easily if bodies may overlap by their margin, which the optimiser corrects.
 """
 TURN = np.pi
-"""Largest range of a joint beyond its start and goals, regardless of its limits [rad | m]."""
+"""Largest range of a turning joint beyond its start and goals, regardless of its limits [rad]."""
+SLIDE = (3.0, 12.0, 48.0, 192.0)
+"""The same of a sliding joint in successive searches, all others as the last: a near path is shorter,
+but a base may have to go around a building [m].
+"""
 SURE = 1e-8
 """Allowance below the distances at start and goals, for the error of repeated measurements [m]."""
 
@@ -62,8 +66,9 @@ class SampledPaths:
             if any(each.exhausted for each in widest):
                 return
             looks, kept = CHECKED * (1 + index // PATIENCE), KEPT[index % len(KEPT)]
-            made = _Sampled(context, rng.spawn(1)[0], looks, kept)
-            if kept == min(KEPT):
+            slide = SLIDE[min(index, len(SLIDE) - 1)]
+            made = _Sampled(context, rng.spawn(1)[0], looks, kept, slide)
+            if kept == min(KEPT) and (slide == SLIDE[-1] or turning_joints(context.reduced).all()):
                 widest.append(made)
             yield made
 
@@ -74,12 +79,19 @@ class _Sampled(Printed):
     rng: np.random.Generator
     checked: int
     kept: float
+    slide: float
     exhausted: bool = False
 
     def __call__(self, counts: WorkCounts, check: Check) -> Floats:
         try:
             return sampled(
-                self.context, rng=self.rng, counts=counts, check=check, checked=self.checked, kept=self.kept
+                self.context,
+                rng=self.rng,
+                counts=counts,
+                check=check,
+                checked=self.checked,
+                kept=self.kept,
+                slide=self.slide,
             )
         except SpaceExhausted:
             self.exhausted = True
@@ -94,6 +106,7 @@ def sampled(
     check: Check,
     checked: int = CHECKED,
     kept: float = KEPT[0],
+    slide: float = SLIDE[-1],
 ) -> Floats:
     """Return a collision-free path between the knots' stops, evenly spaced on each leg, shape (N, n).
 
@@ -102,6 +115,7 @@ def sampled(
         check: Called while it searches; may raise to stop.
         checked: Most configurations to check on each leg.
         kept: Part of each pair's margin kept, beyond the requirement.
+        slide: Range of sliding joints beyond their start and goals [m].
 
     Raises:
         NoSeed: If there is none; `SpaceExhausted` if a longer search would hardly find one.
@@ -111,7 +125,7 @@ def sampled(
     legs = [knots[:1]]
     for first, last in pairwise(places):
         goals = context.ends if last == places[-1] else knots[last][None]
-        space = _space(query, np.vstack((knots[first], goals)), context.scale, kept)
+        space = _space(query, np.vstack((knots[first], goals)), context.scale, kept, slide)
         found = search_path(
             query,
             knots[first],
@@ -130,14 +144,15 @@ def sampled(
     return _held(np.concatenate(legs), context, query)
 
 
-def _space(query: Evaluator, ends: Floats, scale: Floats, kept: float) -> SearchSpace:
+def _space(query: Evaluator, ends: Floats, scale: Floats, kept: float, slide: float) -> SearchSpace:
     reduced = query.reduced
     pairs, limits = reduced.pairs, reduced.limits
     reach = pairs.required + kept * (pairs.margin - pairs.required)
     contacts = query.close_pairs(ends, reach)
     np.minimum.at(reach, contacts.pair, contacts.distance - SURE)
-    lower = np.maximum(ends.min(axis=0) - TURN, limits.lower)
-    upper = np.minimum(ends.max(axis=0) + TURN, limits.upper)
+    beyond = np.where(turning_joints(reduced), TURN, slide)
+    lower = np.maximum(ends.min(axis=0) - beyond, limits.lower)
+    upper = np.minimum(ends.max(axis=0) + beyond, limits.upper)
     unit = np.minimum(BRANCH / _rates(query, ends, scale), np.maximum(upper - lower, scale))
     return SearchSpace(lower, upper, unit, reach, STEP)
 

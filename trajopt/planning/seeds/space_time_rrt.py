@@ -11,6 +11,7 @@ from math import ceil
 import numpy as np
 
 from trajopt.geometry import DynamicObstacles
+from trajopt.optimise.kinematics.projection import turning_joints
 from trajopt.optimise.transcription.space_time import ObstacleMargins
 from trajopt.planning.seeds.sampled import STEP, SURE, TURN
 from trajopt.robot.joints import JointLimits
@@ -63,9 +64,13 @@ class SpaceTimeProblem(Printed):
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
         low, high = np.minimum(self.start, self.goal), np.maximum(self.start, self.goal)
+        turning = turning_joints(self._obstacles.timed.reduced)[: len(low)]
+        # A sliding joint may go as far as it can and still reach the goal in time.
+        spare = SPEED * self.limits.velocity * self.latest - (high - low)
+        beyond = np.where(turning, TURN, np.maximum(spare, 0.0) / 2.0)
         lowest, highest = (
-            np.maximum(low - TURN, self.limits.lower),
-            np.minimum(high + TURN, self.limits.upper),
+            np.maximum(low - beyond, self.limits.lower),
+            np.minimum(high + beyond, self.limits.upper),
         )
         return np.minimum(lowest, low), np.maximum(highest, high)
 
