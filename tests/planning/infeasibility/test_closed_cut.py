@@ -93,3 +93,17 @@ def test_an_unbounded_slide_is_not_a_proof(tmp_path: Path) -> None:
         goal = to.joint_positions({**start, "pan": 1.0})
         proven.append(closed_cut(to.Problem(scene=scene, start=start, goal=goal)) is not None)
     assert proven == [True, False]
+
+
+def test_a_way_beyond_half_a_turn_of_a_joint_with_one_limit_is_not_closed() -> None:
+    """All that such a joint reaches was taken to end at half a turn."""
+    arm = to.load("planar2")
+    lower, upper = np.array(arm.limits.lower), np.array(arm.limits.upper)
+    lower[1], upper[1] = -1.0, np.inf
+    arm = replace(arm, limits=replace(arm.limits, lower=lower, upper=upper))
+    scene = to.Scene(arm)
+    for number, turn in enumerate(np.linspace(-1.0, np.pi, 24)):
+        here = scene.placement_of("tool", arm.positions({"joint2": turn})).translation
+        scene = scene.add(f"post {number}", to.Sphere(0.06), to.placement(here))
+    problem = to.Problem(scene=scene, start=[-0.9, 4.3], goal=[0.9, 4.3])
+    assert closed_cut(problem) is None

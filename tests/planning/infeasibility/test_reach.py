@@ -70,3 +70,21 @@ def test_far_away_is_out_of_reach(reduced: ReducedModel) -> None:
 def test_points_that_move_along_are_not_a_proof(reduced: ReducedModel) -> None:
     far = to.frame_placement("tip", to.placement((0.0, 5.0, 0.0)), reference="fore")
     assert out_of_reach(far, reduced) == ""
+
+
+def test_tolerances_along_a_turned_goal_prove_nothing_along_the_axes_of_its_reference() -> None:
+    """A goal held 10 mm from its middle was proven to break such a path constraint everywhere."""
+    arm = to.load("planar2")
+    scene, goal = to.Scene(arm), dict.fromkeys(arm.joint_names, 0.5)
+    middle = scene.placement_of("tool", arm.positions(goal)).translation
+    turned = to.placement(middle + np.array([0.02, 0.3, 0.0]), rpy=(0.0, 0.0, np.pi / 2))
+    beside = to.frame_placement(
+        "tool", turned, position_tolerance=(0.5, 0.01, np.inf), rotation_tolerance=np.inf
+    )
+    problem = to.Problem(
+        scene=scene,
+        start=[0.107, 0.952],
+        goal=to.joint_positions(goal, tolerance=0.2),
+        constraints=[beside],
+    )
+    assert to.plan(problem).verified

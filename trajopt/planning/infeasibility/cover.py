@@ -122,17 +122,19 @@ def halved(middle: Floats, half: Floats, axis: Ints) -> tuple[Floats, Floats]:
 
 def whole_range(reduced: ReducedModel) -> tuple[Floats, Floats]:
     """Return middle and half width of the box of all configurations, shape (n,) each."""
-    limits = reduced.limits
-    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    limits, limited = reduced.limits, _limited(reduced)
+    lower, upper = np.where(limited, limits.lower, -np.pi), np.where(limited, limits.upper, np.pi)
     middle, half = (lower + upper) / 2.0, (upper - lower) / 2.0
     return middle, np.where(_periodic(reduced), np.minimum(half, np.pi), half)
 
 
 def endless(reduced: ReducedModel) -> Bools:
     """Return which joints no box of finite size can cover, shape (n,)."""
-    limited = np.isfinite(reduced.limits.lower) & np.isfinite(reduced.limits.upper)
-    return ~limited & ~_periodic(reduced)
+    return ~_limited(reduced) & ~_periodic(reduced)
+
+
+def _limited(reduced: ReducedModel) -> Bools:
+    return np.isfinite(reduced.limits.lower) & np.isfinite(reduced.limits.upper)
 
 
 def _periodic(reduced: ReducedModel) -> Bools:
@@ -372,10 +374,11 @@ def _frame_breaks(
     if isinstance(required, PositionInRegion):
         off = min(distance(shape, where.inverse() * point) for shape, where in required.members)
         return off - moving > PROVEN_EXCESS
-    off = np.abs(point - required.placement.translation) - required.position_tolerance
+    goal = required.placement
+    off = np.abs((point - goal.translation) @ goal.rotation) - required.position_tolerance
     if float(off.max()) - moving > PROVEN_EXCESS:
         return True
-    turned = required.placement.rotation.T @ base.rotation.T @ frame.rotation
+    turned = goal.rotation.T @ base.rotation.T @ frame.rotation
     angle = float(np.arccos(np.clip((np.trace(turned) - 1.0) / 2.0, -1.0, 1.0)))
     return angle - largest_turn(required) - turning > PROVEN_EXCESS
 
