@@ -180,6 +180,17 @@ def test_a_motion_that_was_changed_in_the_file_is_refused(carried: TaskResult, t
         read_result(tmp_path / "x.trajopt")
 
 
+def test_a_file_without_its_last_motions_is_refused(
+    carried: TaskResult, cell: to.Scene, tmp_path: Path
+) -> None:
+    moves = to.plan(task(cell, MoveTo("extended"), Dwell(0.1), MoveTo("ready")))
+    for whole in (carried, moves):
+        for count in (1, len(whole.segments) - 1):
+            replace(whole, segments=whole.segments[:-count]).save(tmp_path / "x.trajopt")
+            with pytest.raises(FileFormatError, match="has no motion of the stage"):
+                read_result(tmp_path / "x.trajopt")
+
+
 def test_motions_that_do_not_join_are_refused(carried: TaskResult) -> None:
     first, second, *others = carried.segments
     for broken in ((second, *others), (first, *others), (first, first, second, *others)):
@@ -481,6 +492,23 @@ def test_a_place_is_checked_before_its_pick_is_planned(cell: to.Scene, grasps: t
     placing = [refusal for refusal in found.refusals if refusal.stage == "place cup: lower"]
     assert {refusal.names.grasp for refusal in placing} == {grasp.name for grasp in grasps[:4]}
     assert {refusal.names.place for refusal in placing} == {"far"}
+
+
+def test_fingers_do_not_close_into_what_they_hold(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
+    found = to.plan(task(cell, PickObject("cup", grasps), SetGripper(0.02, name="squeeze"), MoveTo("ready")))
+    assert found.status is Status.GRIPPER_CANNOT and found.failed == "squeeze"
+    assert "the fingers would be 20 mm inside 'cup', which they hold" in found.reason
+    for opening, stage in ((0.06, MoveTo("extended")), (0.07, DetachObject("cup"))):
+        stages = PickObject("cup", grasps), SetGripper(opening), stage, MoveTo("ready")
+        assert to.plan(task(cell, *stages)).verified
+
+
+def test_a_place_beyond_the_arm_is_refused_by_its_length(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
+    """Every grasp and posture was searched for it, for ten seconds."""
+    far = Place(placement=to.placement((500.0, 250.0, 60.0)))
+    found = to.plan(task(cell, PickObject("cup", grasps), PlaceObject("cup", far)))
+    assert found.status is Status.NO_INVERSE_KINEMATICS and found.failed == "place cup: lower"
+    assert "too short" in found.reason and "millimetres" in found.reason
 
 
 def test_a_failed_pick_names_step_part_and_cause_once(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:

@@ -323,6 +323,11 @@ class SavedResult(Value):
         """Whether time ran out: then, and only then, planning again may end differently."""
         return self.stopped is Stop.CLOCK
 
+    @property
+    def missing(self) -> str:
+        """A stage that a plan must have and does not, such as one cut off a file; empty for none."""
+        return ""
+
     def as_dict(self) -> dict[str, object]:
         """Return plain JSON data."""
         raise NotImplementedError

@@ -144,6 +144,18 @@ class TaskResult(MotionSequence[TaskSegment]):
                 since = begin + end
         return tuple(found.values())
 
+    @property
+    def missing(self) -> str:
+        """The end of a pick or place, or the last stage, if no motion has it."""
+        done = {name for segment in self.segments for name, _ in segment.ends}
+        items = [item for each in self.handled.values() for item in each]
+        due = [f"{item.picked}: lift" for item in items if item.picked]
+        due += [f"{item.placed}: retreat" for item in items if item.placed]
+        last = [name for node in self.outline for name in node.taken][-1:]
+        if self.segments and not any(f"{name}: ".startswith(f"{end}: ") for end in last for name in done):
+            due += last
+        return next((name for name in due if name not in done), "")
+
     def handling(self, name: str) -> PickPlaceResult:
         """Return the part of the task in which an object is picked and placed last, for `simulate_handling`.
 

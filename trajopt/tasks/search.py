@@ -10,7 +10,7 @@ from trajopt.geometry import WorkCounts, evaluator
 from trajopt.optimise.kinematics.inverse import goal_candidates
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.budget import BudgetTracker, Stopped
-from trajopt.planning.infeasibility import reasons
+from trajopt.planning.infeasibility import out_of_reach, reasons
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
@@ -320,6 +320,8 @@ class TaskSearch:
     ) -> Sequence[Floats] | StageRefusal:
         """Return configurations (n,) that meet goals and path constraints, the nearest first; or why not."""
         wanted = (*goals, *(item for item in self.constraints if isinstance(item, Requirement)))
+        if far := next(filter(None, (out_of_reach(item, reduced) for item in wanted)), ""):
+            return StageRefusal(stage, Status.NO_INVERSE_KINEMATICS, far, names=names)
         counts = WorkCounts()
         query = evaluator(reduced, counts)
         with self.tracker.stage("inverse kinematics"):

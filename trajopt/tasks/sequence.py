@@ -135,6 +135,13 @@ class StageNode:
     choice: str = ""
     items: "tuple[StageNode, ...]" = ()
 
+    @property
+    def taken(self) -> tuple[str, ...]:
+        """Names of the stages without items that a plan does."""
+        if self.choice and not self.choice.startswith("chosen"):
+            return ()
+        return tuple(name for item in self.items for name in item.taken) if self.items else (self.name,)
+
 
 @dataclass(frozen=True)
 class StageRow:
@@ -223,7 +230,7 @@ class MotionSequence(SavedResult, Generic[Part]):
             count = len(self.segments)
             return f"{shown(self.name)} takes {self.duration:.2f} s in {count} motion{'s' * (count != 1)}"
         refusal = next((item for item in self.refusals if item.stage == self.failed), None)
-        return f"{self.status.name}: {refusal or 'nothing was attempted'}"
+        return f"{self.status.name}: {refusal or 'the search ended before a way was found or rejected'}"
 
     def explain(self) -> OutcomeSummary:
         """Return the cycle times of the stages, or the reasons of the rejected ways, for printing."""

@@ -25,7 +25,7 @@ from trajopt.files.bundle.containers import (
 from trajopt.files.proof import MotionProof, prove
 from trajopt.planning.budget import Budget
 from trajopt.planning.judgement import judge
-from trajopt.planning.result import Plan, PlanArguments, Recalled, Result
+from trajopt.planning.result import Plan, PlanArguments, Recalled, Result, SavedResult
 from trajopt.problem.problem import Problem
 from trajopt.values.arrays import Floats, Value, floats, one_of
 from trajopt.values.documents.document import Node
@@ -369,6 +369,8 @@ def _result(archive: Members, meshes: Path | str | None) -> Value:
     value = shared_value_of(node, archive.array, lambda name: _file(archive, name, meshes))
     if not isinstance(value, Value):
         raise node["value"].error(f"must be a result, is {shown(value)}")
+    if isinstance(value, SavedResult) and value.missing:
+        raise node["value"].error(f"has no motion of the stage {shown(value.missing)}")
     return value
 
 

@@ -22,9 +22,12 @@ from trajopt.values.arrays import Floats, Value, number, one_of, several
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import Placement
+from trajopt.values.printed import in_length
 
 LET_GO = 0.02
 """Default opening of the fingers at release, beyond the opening before [m]."""
+PRESSED = 1e-3
+"""Largest depth of the fingers in an object that they hold, as of other accepted contacts [m]."""
 STILL = 1e-6
 """Fingers nearer than this to their opening are not moved [rad | m]."""
 MET = "pick and place need an object at rest; reach it by plan, with a goal relative to it"
@@ -50,7 +53,13 @@ class SetGripper(Value):
         return held
 
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
-        yield fingers(state, hand_of(state.scene, self.gripper, search.group), self.opening, self.name)
+        gripper = hand_of(state.scene, self.gripper, search.group)
+        moved, held = fingers(state, gripper, self.opening, self.name), between_fingers(state.scene, gripper)
+        if held and (depth := _depth(state.scene, gripper, held, moved.positions)) > PRESSED:
+            words = f"the fingers would be {in_length(depth)} inside {shown(held)}, which they hold"
+            yield StageRefusal(self.name, Status.GRIPPER_CANNOT, words)
+            return
+        yield moved
 
 
 @checked
@@ -317,6 +326,17 @@ def between_fingers(scene: Scene, gripper: Gripper) -> str:
     """Return an attached object that all fingers of a gripper may touch, "" for none."""
     held = sorted(held_objects(scene))
     return next((name for name in held if scene.object(name).touch_links >= {*gripper.fingers}), "")
+
+
+def _depth(scene: Scene, gripper: Gripper, name: str, at: Floats) -> float:
+    """Return the depth of the fingers in an object, negative for a distance [m]."""
+    place, parts = scene.placement_of(name, at), scene.object(name).parts
+    bodies = [
+        (scene.placement_of(body.frame, at) * body.placement, body.shape)
+        for body in scene.robot.bodies
+        if body.owner in gripper.fingers
+    ]
+    return -min(gap(place * where, shape, *body) for shape, where in parts for body in bodies)
 
 
 def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
