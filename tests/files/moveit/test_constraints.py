@@ -1,12 +1,14 @@
 """Constraints of motion plan requests become requirements that accept the same postures."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tests.robots_for_tests import odd_arm
 from trajopt import Robot, Scene, placement
 from trajopt.files.moveit import RequestFile
 from trajopt.problem.requirements import FramePlacement, JointPositions, RotationCoordinates
@@ -248,3 +250,21 @@ def test_bad_constraints(request_of: Read, case: str) -> None:
     text, error, message = BAD[case]
     with pytest.raises(error, match=message):
         goals(request_of, text)
+
+
+def test_constraints_of_a_continuous_joint_are_of_the_turn_of_the_start(
+    request_of: Read, tmp_path: Path
+) -> None:
+    """In MoveIt its positions have no turns."""
+    bound = (
+        "joint_constraints: [{joint_name: pan, position: 0.5, tolerance_above: 0.2, tolerance_below: 0.2}]"
+    )
+    found = request_of(
+        "{start_state: {joint_state: {name: [pan], position: [13.0]}}, "
+        f"goal_constraints: [{{{bound}}}], path_constraints: {{{bound}}}, "
+        f"trajectory_constraints: {{constraints: [{{{bound}}}]}}}}",
+        Scene(odd_arm(tmp_path)),
+    )
+    for each in (*found.goals, *found.constraints, *found.waypoints[0]):
+        assert isinstance(each, JointPositions)
+        assert each.positions["pan"] == pytest.approx(0.5 + 4.0 * np.pi)

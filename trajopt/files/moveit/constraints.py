@@ -29,6 +29,7 @@ from trajopt.problem.requirements import (
     gaze,
     joint_positions,
 )
+from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, readonly
 from trajopt.values.documents.document import Node
@@ -226,7 +227,7 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
         reading: Meaning of names; its notes receive deviations from the file.
     """
     node.only((*field_names(msg.Constraints), *_readers(node)))
-    found: list[Requirement] = [*_read_joints(node["joint_constraints"], scene)]
+    found: list[Requirement] = [*_read_joints(node["joint_constraints"], scene, reading)]
     for field, read in READERS.items():
         for element in node[field].elements():
             found.extend(read(element, scene, reading))
@@ -262,7 +263,7 @@ def _readers(node: Node) -> tuple[str, ...]:
     return tuple(READERS)
 
 
-def _read_joints(nodes: Node, scene: Scene) -> tuple[JointPositions, ...]:
+def _read_joints(nodes: Node, scene: Scene, reading: Reading) -> tuple[JointPositions, ...]:
     positions: dict[str, float] = {}
     below: dict[str, float] = {}
     above: dict[str, float] = {}
@@ -271,10 +272,18 @@ def _read_joints(nodes: Node, scene: Scene) -> tuple[JointPositions, ...]:
         require(node["joint_name"], JointNotFound, "joint", joint, scene.robot.joint_names)
         if joint in positions:
             raise node["joint_name"].error(f"joint {joint!r} is constrained twice")
-        positions[joint] = node["position"].number()
+        positions[joint] = _nearest_turn(node["position"].number(), joint, scene.robot, reading.positions)
         below[joint] = read_tolerance(node["tolerance_below"])
         above[joint] = read_tolerance(node["tolerance_above"])
     return (joint_positions(positions, below=below, above=above),) if positions else ()
+
+
+def _nearest_turn(position: float, joint: str, robot: Robot, start: Floats) -> float:
+    """Add the full turns that bring a position of a continuous joint nearest to the start, as in MoveIt."""
+    place = int(robot.index([joint])[0])
+    if np.isfinite(robot.limits.lower[place]) or np.isfinite(robot.limits.upper[place]):
+        return position
+    return position + 2.0 * np.pi * round((float(start[place]) - position) / (2.0 * np.pi))
 
 
 def _share_axes(region: PointRegion, orientation: Orientation) -> bool:

@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from trajopt.files.messages import MotionPlanRequest, TrajectoryConstraints, field_names
 from trajopt.files.moveit.constraints import read_constraints
 from trajopt.files.moveit.frames import Reading, require, world_names
@@ -18,7 +16,7 @@ from trajopt.files.moveit.scene_messages import (
     read_workspace,
 )
 from trajopt.problem.problem import Problem
-from trajopt.problem.requirements import JointPositions, Requirement, any_of
+from trajopt.problem.requirements import Requirement, any_of
 from trajopt.problem.tool_speed import ToolSpeed, tool_speed
 from trajopt.robot.loading.groups import ALL_JOINTS
 from trajopt.robot.robot import Robot
@@ -160,19 +158,6 @@ def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[To
     return ()
 
 
-def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requirement:
-    """Choose the full turns of continuous joints nearest to the start, as MoveIt does."""
-    if not isinstance(goal, JointPositions):
-        return goal
-    positions = dict(goal.positions)
-    for joint, value in goal.positions.items():
-        place = int(robot.index([joint])[0])
-        if np.isinf(robot.limits.lower[place]) and np.isinf(robot.limits.upper[place]):
-            turns = round((float(start[place]) - value) / (2.0 * np.pi))
-            positions[joint] = value + 2.0 * np.pi * turns
-    return replace(goal, positions=positions)
-
-
 def _read_goals(
     node: Node, scene: Scene, reading: Reading
 ) -> tuple[Mapping[str, tuple[Requirement, ...]], Scene]:
@@ -184,7 +169,7 @@ def _read_goals(
         name = goal["name"].text("") or f"goal {place}"
         if name in found:
             raise goal["name"].error(f"{name!r} is the name of two goals")
-        found[name] = tuple(_nearest_turns(each, scene.robot, reading.positions) for each in requirements)
+        found[name] = requirements
     if not found:
         raise node.error("names no goal")
     return found, scene
