@@ -98,6 +98,12 @@ def test_bundles_and_warehouses_go_out_and_in(filled: Path, tmp_path: Path) -> N
     assert "name the entry" in refused(ModelError, "export", filled, "--out", bundle)
 
 
+def test_an_import_takes_all_or_nothing(filled: Path, tmp_path: Path) -> None:
+    target = tmp_path / "third"
+    assert "no such file" in refused(FileFormatError, "import", target, filled, tmp_path / "none")
+    assert said("ls", target).strip() == "nothing"
+
+
 def test_a_plan_is_kept_from_its_bundle(filled: Path, tmp_path: Path) -> None:
     arm = to.load("planar2")
     problem = to.Problem(scene=to.Scene(arm), start=[0.0, 0.4], goal={"joint1": 0.4, "joint2": 0.4})

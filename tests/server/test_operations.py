@@ -160,6 +160,8 @@ def test_edits_are_made_all_or_none_and_named_where_wrong() -> None:
         ask("edit", {"edits": [{"add": {"name": "a", "shape": {"sphere": {"radios": 1.0}}}}]}, held)
     with pytest.raises(to.TrajoptError, match="unknown key"):
         ask("edit", {"edits": [{"__init__": {}}]}, held)
+    with pytest.raises(to.TrajoptError, match=r"unknown key 'first'; known: a, allowed, b$"):
+        ask("edit", {"edits": [{"allow": {"first": "a"}}]}, held)
     document, _ = ask("read", {}, held)
     assert document["objects"] == {}
 

@@ -198,7 +198,7 @@ def export(
 def take_in(file: FileArgument, sources: SourcesArgument, as_json: JsonOption = False) -> None:
     """Import other warehouses and bundles. Exit status 0, or 2 for bad input."""
     taken = list[Entry]()
-    with Warehouse(file) as kept:
+    with Warehouse(file) as kept, kept.together():
         for source in sources:
             if is_bundle(source):
                 taken.append(kept.add_bundle(source))

@@ -154,6 +154,8 @@ def test_straight_lines(tmp_path: Path) -> None:
         answer = await client.call("/compute_cartesian_path", request)
         assert answer["fraction"] == pytest.approx(1.0)
         assert len(answer["solution"]["joint_trajectory"]["points"]) >= 2
+        late = await client.call("/compute_cartesian_path", request, timeout=0.3)
+        assert late["fraction"] == 0.0 and "OUT_OF_TIME" in late["error_code"]["message"]
         where = pose["position"]
         assert await edit(client, world={"collision_objects": [box(where["x"] + 0.03, where["y"])]})
         answer = await client.call("/compute_cartesian_path", request)

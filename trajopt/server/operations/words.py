@@ -73,7 +73,7 @@ def value_of(node: Node) -> Any:
 def called(function: Callable[..., Any], node: Node, **given: object) -> Any:
     """Call a function with the arguments that a mapping has."""
     known, names = _signature(function), _hints(function)
-    arguments = {key: value_of(node[key]) for key in node.only(known.parameters).keys()}
+    arguments = {key: value_of(node[key]) for key in node.only(known.parameters.keys() - {"self"}).keys()}
     arguments = {**given, **arguments}
     for name, kind in names.items():
         value = arguments.get(name)

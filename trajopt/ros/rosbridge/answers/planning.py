@@ -26,6 +26,7 @@ from trajopt.ros.rosbridge.answers.service_call import (
     with_notes,
 )
 from trajopt.server.move_group.functions import (
+    SHORTEST,
     Settings,
     attempted,
     cost_of,
@@ -134,7 +135,7 @@ def _followed(
             tool_speed=tool_speed(limited, linear=speed) if speed > 0.0 else None,
         ),
         constraints=constraints,
-        budget=Budget(watch.seconds_left - ANSWERING),
+        budget=Budget(max(watch.seconds_left - ANSWERING, SHORTEST)),
         cancel=watch.cancel,
     )
     response.error_code = with_notes(success(followed.reason), reading.notes)
