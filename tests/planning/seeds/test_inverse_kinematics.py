@@ -89,3 +89,18 @@ def test_the_same_every_time(scene: to.Scene) -> None:
     goal = to.frame_placement("tip", where, rotation_tolerance=np.inf)
     first, second = (search(scene, goal, seed=3)[1].free for _ in range(2))
     assert all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
+
+
+def test_a_goal_near_the_edge_of_a_path_constraint_is_found() -> None:
+    """Within a twentieth of the edge it was said to conflict with the constraint."""
+    arm = to.load("planar2")
+    first, second = arm.joint_names
+    scene = to.Scene(arm)
+    there = scene.placement_of("tool", arm.positions({first: 0.5, second: 1.49}))
+    problem = to.Problem(
+        scene=scene,
+        start=[0.0, 1.0],
+        goal=to.frame_placement("tool", there, rotation_tolerance=np.inf),
+        constraints=[to.joint_positions({second: 1.0}, tolerance=0.5)],
+    )
+    assert to.plan(problem).verified

@@ -1,7 +1,4 @@
-"""Projection of configurations onto requirements: Levenberg-Marquardt on a batch of starts.
-
-Residuals are the program's own terms, so each solution satisfies the program.
-"""
+"""Projection of configurations onto requirements: Levenberg-Marquardt on a batch of starts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +8,7 @@ import numpy as np
 from trajopt.geometry import Evaluator
 from trajopt.optimise.terms import Constraint, constrain
 from trajopt.optimise.terms.joint_positions import without_followers
+from trajopt.optimise.terms.requirement import INSET
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import Requirement, together
 from trajopt.problem.residual import WHOLE
@@ -30,16 +28,18 @@ class Aim:
 
     Attributes:
         inset: Share of each tolerance kept in reserve.
+        least: Share of it that a solution keeps.
         narrow: Components with nearer bounds than this aim at the middle [m | rad].
     """
 
     inset: float
+    least: float
     narrow: float
 
 
-INSIDE = Aim(0.2, 1e-2)
+INSIDE = Aim(0.2, INSET, 1e-2)
 """Leaves the optimiser and rounding a reserve."""
-ANYWHERE = Aim(0.05, 1e-3)
+ANYWHERE = Aim(0.01, 0.0, 1e-3)
 """For requirements that hold together only near their bounds."""
 DAMPING = 0.03
 """Damping by squared error; 0.01 to 0.1 find as much, 0.5 and 0.001 a third less."""
@@ -133,7 +133,7 @@ class Projection:
             _Asked.of(accepted, sought, aim.narrow)
             for goal in together(without_followers(goals, reduced))
             for accepted, sought in zip(
-                constrain(goal, reduced, WHOLE),
+                constrain(goal, reduced, WHOLE, inset=aim.least),
                 constrain(goal, reduced, WHOLE, inset=aim.inset),
                 strict=True,
             )
