@@ -320,8 +320,9 @@ class TaskSearch:
     ) -> Sequence[Floats] | StageRefusal:
         """Return configurations (n,) that meet goals and path constraints, the nearest first; or why not."""
         wanted = (*goals, *(item for item in self.constraints if isinstance(item, Requirement)))
-        if far := next(filter(None, (out_of_reach(item, reduced) for item in wanted)), ""):
-            return StageRefusal(stage, Status.NO_INVERSE_KINEMATICS, far, names=names)
+        for item in wanted:
+            if far := out_of_reach(item, reduced):
+                return StageRefusal(stage, Status.NO_INVERSE_KINEMATICS, far, names=names)
         counts = WorkCounts()
         query = evaluator(reduced, counts)
         with self.tracker.stage("inverse kinematics"):

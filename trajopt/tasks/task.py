@@ -14,12 +14,13 @@ from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopp
 from trajopt.planning.plan import NO_BOUNDS
 from trajopt.planning.search import ENDED
 from trajopt.planning.status import Status
-from trajopt.problem.problem import PathConstraint
+from trajopt.problem.problem import PathConstraint, Problem
 from trajopt.problem.stated import only_group
 from trajopt.robot.configuration import ConfigurationLike, stated_configuration
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import GraspingOptions
 from trajopt.tasks.grasping.result import STAGES
+from trajopt.tasks.grasping.straight import to_configuration
 from trajopt.tasks.result import TaskResult
 from trajopt.tasks.search import (
     Choices,
@@ -44,6 +45,8 @@ from trajopt.values.errors.arguments import checked
 
 STEPS = tuple(step.name.lower() for step in STAGES)
 """Steps of picking and placing."""
+STARTS = (Status.START_IN_COLLISION, Status.START_OUT_OF_LIMITS, Status.START_CANNOT_BE_HELD)
+"""Outcomes of a start that no motion leaves."""
 
 
 @checked
@@ -149,8 +152,22 @@ class Task(Value):
         for way in in_sequence((*self.stages, Rest()), search, begin):
             if not isinstance(way, StageRefusal):
                 return way
+            if self._cannot_begin(search, way):
+                refusals[:] = [way]
+                return None
             refusals.append(way)
         return None
+
+    def _cannot_begin(self, search: TaskSearch, refusal: StageRefusal) -> bool:
+        """Return whether a motion was refused for its start, in which no other way of the task can begin."""
+        if refusal.status not in STARTS or refusal.result is None:
+            return False
+        begun = refusal.result.problem.reduced.all_positions(refusal.result.problem.reduced.start_positions)
+        if not np.array_equal(search.arm(self.scene, begun), search.arm(self.scene, self._start)):
+            return False
+        goal = to_configuration(self.scene, self.group, self._start)
+        rest = Problem(scene=self.scene, group=self.group, start=self._start, goal=goal)
+        return search.plan(rest).status is refusal.status
 
     def _result(
         self,

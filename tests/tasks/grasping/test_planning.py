@@ -241,6 +241,27 @@ def test_the_first_place_that_works_is_taken(panda: to.Robot, gripper: Gripper) 
     assert "stand" in found.refusals[1].reason
 
 
+def test_a_start_that_no_motion_leaves_is_the_reason(panda: to.Robot, gripper: Gripper) -> None:
+    scene = on_table(panda, BLOCK, STOOD)
+    elbow = scene.placement_of("panda_link4", panda.positions("ready"))
+    scene = scene.add("post", to.Sphere(0.08), elbow)
+    grasps = grasps_of(scene, "thing", gripper)
+    sideways = to.placement(rpy=(np.pi / 2.0, 0.0, 0.0)) * grasps[0].placement
+    found = pick(
+        scene, "thing", start="ready", grasps=[replace(grasps[0], placement=sideways, name="low"), *grasps]
+    )
+    assert found.status is Status.START_IN_COLLISION and len(found.refusals) == 1
+    assert "post" in found.reason
+
+
+def test_an_object_out_of_reach_is_refused_by_its_distance(panda: to.Robot, gripper: Gripper) -> None:
+    scene = on_table(panda, BLOCK, to.placement((2.5, 0.0, 0.1)))
+    grasps = grasps_of(scene, "thing", gripper)
+    found = pick(scene, "thing", start="ready", grasps=grasps)
+    assert len(found.refusals) == len(grasps) and "too short" in found.reason
+    assert not found.counts, "no search for what is proven impossible"
+
+
 def test_explains_why_no_path_exists(panda: to.Robot, gripper: Gripper) -> None:
     scene = on_table(panda, BLOCK, STOOD)
     first, second = grasps_of(scene, "thing", gripper)[:2]
@@ -267,7 +288,7 @@ def test_explains_why_no_path_exists(panda: to.Robot, gripper: Gripper) -> None:
         reasons.setdefault(refusal.names.grasp, (refusal.stage, refusal.reason))
     assert reasons["wide"][0] == "pick thing: open" and "200.0 mm" in reasons["wide"][1]
     assert reasons["strong"][0] == "pick thing: open" and "500 N" in reasons["strong"][1]
-    assert reasons["from below"][0] == "pick thing: approach"
+    assert reasons["from below"][0] == "pick thing: reach"
     assert "is inside table" in reasons["from below"][1]
     assert reasons["from far"][0] == "pick thing: approach" and "along the line" in reasons["from far"][1]
     assert reasons["downwards"][0] == "pick thing: lift" and "table" in reasons["downwards"][1]

@@ -130,7 +130,7 @@ class PickObject(Value):
         stands = scene.placement_of(self.object, start)
         if meets := hand_meets(reduced, gripper, stands * grasp.placement):
             words = f"{meets} at the object, wherever the arm is"
-            yield refused("approach", Status.GOAL_IN_COLLISION, words)
+            yield refused("reach", Status.GOAL_IN_COLLISION, words)
             return
         goal = frame_placement(tool, stands * grasp.placement)
         found = search.configurations(reduced, (goal,), f"{self.name}: reach", names)
