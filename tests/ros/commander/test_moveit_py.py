@@ -186,12 +186,14 @@ def test_random_positions_are_within_limits_and_free(robot: MoveItPy, state: Rob
 
 
 def test_inverse_kinematics_without_a_solution_leaves_the_state_unchanged(state: RobotState) -> None:
-    state.joint_positions = {"shoulder": 0.3, "elbow": 0.6, "wrist": -0.2}
     wanted = state.get_pose("hand")
-    state.joint_positions = STRAIGHT
-    assert state.set_from_ik("arm", wanted, "hand")
-    found = state.get_pose("hand").position
-    assert (found.x, found.y) == pytest.approx((wanted.position.x, wanted.position.y), abs=1e-3)
+    for at in np.random.default_rng(0).uniform(-1.5, 1.5, (15, 3)).tolist():
+        state.set_joint_group_positions("arm", at)
+        wanted = state.get_pose("hand")
+        state.joint_positions = STRAIGHT
+        assert state.set_from_ik("arm", wanted, "hand")
+        found = state.get_pose("hand").position
+        assert (found.x, found.y) == pytest.approx((wanted.position.x, wanted.position.y), abs=2e-5)
     before = state.joint_positions
     wanted.position.x = 5.0
     assert not state.set_from_ik("arm", wanted, "hand") and state.joint_positions == before

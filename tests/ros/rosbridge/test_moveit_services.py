@@ -87,7 +87,7 @@ def test_inverse_kinematics(tmp_path: Path) -> None:
         assert answer["error_code"]["val"] == Codes.SUCCESS
         found = answer["solution"]["joint_state"]
         assert found["name"] == JOINTS
-        assert np.allclose(found["position"], (0.3, 0.6, -0.2), atol=1e-2)
+        assert np.allclose(found["position"], (0.3, 0.6, -0.2), atol=1e-4)
         far = {"header": {}, "pose": {"position": {"x": 9.0}}}
         for change, code in (
             ({"pose_stamped": far}, Codes.NO_IK_SOLUTION),

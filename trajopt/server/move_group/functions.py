@@ -15,7 +15,13 @@ from trajopt.planning.judgement import decide
 from trajopt.planning.plan import NO_BOUNDS, plan
 from trajopt.planning.result import Result, Status
 from trajopt.problem.problem import Problem
-from trajopt.problem.requirements import POSITION_TOLERANCE, ROTATION_TOLERANCE, Requirement, joint_positions
+from trajopt.problem.requirements import (
+    POSITION_TOLERANCE,
+    ROTATION_TOLERANCE,
+    Requirement,
+    frame_placement,
+    joint_positions,
+)
 from trajopt.problem.requirements.joints import JOINT_TOLERANCE
 from trajopt.problem.tool_speed import ToolSpeed
 from trajopt.scene.scene import Scene
@@ -70,6 +76,13 @@ def per_axis(name: str, value: float | Sequence[float]) -> PerAxis:
     return x, y, z
 
 
+def held_pose(link: str, pose: Placement) -> Requirement:
+    """Return the requirement of inverse kinematics that a link is at a pose."""
+    return frame_placement(
+        link, pose, position_tolerance=INVERSE_TOLERANCE, rotation_tolerance=INVERSE_TOLERANCE
+    )
+
+
 def one_or_three(tolerance: PerAxis) -> float | list[float]:
     """Return a tolerance in MoveIt's form: one number if all axes have the same."""
     return tolerance[0] if len(set(tolerance)) == 1 else list(tolerance)
@@ -82,6 +95,8 @@ def scaling(name: str, value: float) -> float:
     return float(value)
 
 
+INVERSE_TOLERANCE = 1e-5
+"""Largest error of a link's pose after inverse kinematics [m | rad]: that of KDL in MoveIt."""
 SHORTEST = 1e-3
 """Planning time of the first attempt at least [s]."""
 SAME = 1e-6

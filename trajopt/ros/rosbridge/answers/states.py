@@ -14,7 +14,7 @@ from trajopt.files.moveit.planning_scene import edit_object, edit_scene, without
 from trajopt.files.moveit.scene_messages import scene_message, state_message
 from trajopt.lab.perception import PointCloud, perceive
 from trajopt.optimise.kinematics import inverse_kinematics, validity
-from trajopt.problem.requirements import Requirement, frame_placement
+from trajopt.problem.requirements import Requirement
 from trajopt.ros.rosbridge.answers.service_call import (
     failed,
     positions_in,
@@ -27,6 +27,7 @@ from trajopt.ros.rosbridge.answers.service_call import (
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
 from trajopt.server.limits import RequestRefused, Why
+from trajopt.server.move_group.functions import held_pose
 from trajopt.server.operation import Answer, SessionState, Watch
 from trajopt.values.arrays import Floats
 from trajopt.values.documents.document import Node
@@ -76,7 +77,7 @@ def _searched(message: msg.GetPositionIKRequest, state: SessionState, _: Watch) 
     for link, pose in zip(links, poses, strict=True):
         frame = placement_in_world(read_frame(pose["header"], scene, reading), scene, reading)
         name = _known(link or group.tip or "", scene)
-        wanted.append(frame_placement(name, frame * read_placement(pose["pose"], reading.notes)))
+        wanted.append(held_pose(name, frame * read_placement(pose["pose"], reading.notes)))
     more, scene = read_constraints(document["constraints"], scene, reading)
     reduced = reduce_model(scene, group.name, near)
     found = inverse_kinematics(reduced, [*wanted, *more])

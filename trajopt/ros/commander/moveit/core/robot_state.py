@@ -12,7 +12,7 @@ from trajopt.files.moveit.frames import pose_of
 from trajopt.files.moveit.planning_scene import without_collisions
 from trajopt.files.moveit.scene_messages import state_message
 from trajopt.optimise.kinematics import Validity, inverse_kinematics, validity
-from trajopt.problem.requirements import Requirement, frame_placement
+from trajopt.problem.requirements import Requirement
 from trajopt.ros.commander.conversions import placement_of
 from trajopt.ros.commander.group_state import jacobian
 from trajopt.ros.commander.moveit.core.robot_model import InPart, RobotModel
@@ -20,6 +20,7 @@ from trajopt.ros.commander.robot_states import random_positions, variable_names
 from trajopt.scene.group_tools import end_link
 from trajopt.scene.reducing import reduce_model
 from trajopt.scene.scene import Scene
+from trajopt.server.move_group.functions import held_pose
 from trajopt.server.move_group.outcome import MoveItCommanderException, speaks_moveit
 from trajopt.values.arrays import Floats, floats
 from trajopt.values.errors import shown
@@ -157,7 +158,7 @@ class RobotState(InPart):
         """
         group = self.robot_model.get_joint_model_group(joint_model_group_name).name
         reduced = reduce_model(without_collisions(self.robot_model.scene), group, self.positions)
-        found = inverse_kinematics(reduced, frame_placement(tip_name, placement_of(geometry_pose))).free
+        found = inverse_kinematics(reduced, held_pose(tip_name, placement_of(geometry_pose))).free
         if len(found):
             self.positions = reduced.all_positions(found[0])
         return bool(len(found))
