@@ -511,6 +511,19 @@ def test_a_place_beyond_the_arm_is_refused_by_its_length(cell: to.Scene, grasps:
     assert "too short" in found.reason and "millimetres" in found.reason
 
 
+def test_a_place_inside_something_is_refused_without_the_arm(
+    cell: to.Scene, grasps: tuple[Grasp, ...]
+) -> None:
+    def put(height: float) -> TaskResult:
+        place = Place(placement=to.placement((0.5, 0.25, height)))
+        return to.plan(task(cell, PickObject("cup", grasps), PlaceObject("cup", place)))
+
+    assert put(0.0595).verified
+    refused = [each for each in put(0.055).refusals if each.stage == "place cup: lower"]
+    words = "cup is inside table at the place, wherever the arm is"
+    assert {each.reason for each in refused} == {words}
+
+
 def test_a_failed_pick_names_step_part_and_cause_once(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
     """The farthest step counts, not the one tried last; the object is named though its stage is not."""
     wide = replace(grasps[0], opening=0.5, name="wide")

@@ -1,6 +1,6 @@
 """Stages of a gripper: fingers move, pick, place."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -27,7 +27,9 @@ from trajopt.values.printed import in_length
 LET_GO = 0.02
 """Default opening of the fingers at release, beyond the opening before [m]."""
 PRESSED = 1e-3
-"""Largest depth of the fingers in an object that they hold, as of other accepted contacts [m]."""
+"""Largest depth of the fingers in an object that they hold, as of other accepted contacts, and largest
+tolerance of a place that counts as exact [m | rad].
+"""
 STILL = 1e-6
 """Fingers nearer than this to their opening are not moved [rad | m]."""
 MET = "pick and place need an object at rest; reach it by plan, with a goal relative to it"
@@ -128,7 +130,7 @@ class PickObject(Value):
         start = gripper.opened(scene.robot, state.positions, grasp.opening)
         reduced = search.reduced(scene, start)
         stands = scene.placement_of(self.object, start)
-        if meets := hand_meets(reduced, gripper, stands * grasp.placement):
+        if meets := hand_meets(reduced, gripper.links, tool, stands * grasp.placement):
             words = f"{meets} at the object, wherever the arm is"
             yield refused("reach", Status.GOAL_IN_COLLISION, words)
             return
@@ -260,6 +262,12 @@ class PlaceObject(Value):
         reduced, carrying = search.reduced(lowering, start), search.reduced(held, start)
         kept = (item for item in self.constraints if isinstance(item, Requirement))
         wanted = (place.requirement(self.object), *kept)
+        exact = max(np.max(wanted[0].position_tolerance), np.max(wanted[0].rotation_tolerance)) <= PRESSED
+        there = held.placement_of(place.frame, start) * place.placement
+        owners = {self.object, *gripper.links}
+        if exact and (meets := hand_meets(reduced, owners, self.object, there)):
+            yield refused("lower", Status.GOAL_IN_COLLISION, f"{meets} at the place, wherever the arm is")
+            return
         found = search.configurations(reduced, wanted, f"{self.name}: lower", names)
         if isinstance(found, StageRefusal):
             yield found
@@ -353,19 +361,22 @@ def lowering_scene(held: Scene, name: str, supports: Sequence[str], seconds: flo
     return held
 
 
-def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
-    """Return the link and the object that overlap for a tool placement, "" for none; arm ignored."""
+def hand_meets(reduced: ReducedModel, owners: Collection[str], frame: str, at: Placement) -> str:
+    """Return which of the bodies fixed to a frame overlaps an object if the frame is at a placement.
+
+    The arm is ignored; "" for none. Attached objects may be in contact.
+    """
     scene = reduced.scene
-    joint, held = reduced.attachment(gripper.tool)
-    hand = tool * held.inverse()
-    links = [body for body in reduced.bodies if body.owner in gripper.links and body.joint == joint]
-    for other in reduced.bodies:
-        if other.joint != 0 or other.owner in scene.robot.links:
-            continue
-        for body in links:
+    joint, held = reduced.attachment(frame)
+    hand = at * held.inverse()
+    links = [body for body in reduced.bodies if body.owner in owners and body.joint == joint]
+    others = [body for body in reduced.bodies if body.joint == 0 and body.owner not in scene.robot.links]
+    for body in sorted(links, key=lambda each: each.owner in scene.robot.links):  # attached objects first
+        least = 0.0 if body.owner in scene.robot.links else -PRESSED
+        for other in others:
             if scene.may_touch(body.owner, other.owner):
                 continue
-            if gap(hand * body.placement, body.shape, other.placement, other.shape) < 0.0:
+            if gap(hand * body.placement, body.shape, other.placement, other.shape) < least:
                 return f"{body.owner} is inside {other.owner}"
     return ""
 
