@@ -72,8 +72,13 @@ def test_a_proof_of_another_motion_or_scene_is_refused(solved: Result, kept: Pat
         motion.accelerations / 4.0,
     )
     moved = replace(problem, scene=problem.scene.move("ball", to.placement((0.65, 0.7, 0.1))))
+    touching = replace(problem, scene=problem.scene.allow("ball"))
+    ends = dict(zip(motion.joint_names, motion.positions[-1].tolist(), strict=True))
+    wider = replace(problem, goal=to.joint_positions(ends, tolerance=0.1))
     members = members_of(kept)
     for field, proof in {
+        "pairs": prove(touching, motion).data,
+        "requirements": prove(wider, motion).data,
         "motion": prove(problem, slower).data,
         "parts": prove(moved, motion).data,
         "title": prove(replace(problem, name="another"), motion).data,

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NoReturn, cast
@@ -16,15 +17,22 @@ import numpy as np
 
 import trajopt.verify
 from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves, separated
-from trajopt.files.proof.pairs import Document, Pairs, cloud_centres, convex_part, convex_parts, proven_pairs
+from trajopt.files.proof.pairs import (
+    MEETING,
+    TOUCHING,
+    Document,
+    Pairs,
+    cloud_centres,
+    convex_part,
+    convex_parts,
+    proven_pairs,
+)
 from trajopt.files.proof.requirements import RequirementRecord, Shown
 from trajopt.files.proof.statement import (
     Asked,
     asked,
     followed_goals,
     printable,
-    stated_joints,
-    stated_motion,
     statement,
 )
 from trajopt.files.proof.torque import stated_torque
@@ -181,22 +189,53 @@ class MotionProof:
     def differs_from(self, problem: Problem, trajectory: Trajectory) -> str:
         """Return the first field of the statement that is not of a problem and its motion; empty if none."""
         motion = judged_motion(problem, trajectory)
-        bodies = motion.among.reduced.bodies
+        bodies, pairs = motion.among.reduced.bodies, proven_pairs(motion)
         parts = [part.document() for part in convex_parts(motion.among.reduced)]
         clouds = [(body.owner, cloud_centres(body).tolist()) for body in bodies if convex_part(body) is None]
+        whole = statement(problem, motion, pairs)
         due: Mapping[str, object] = {
-            "title": printable(problem.name),
-            "motion": stated_motion(motion),
-            "joints": stated_joints(motion.among, problem.moving_limits),
+            **{name: whole[name] for name in ("title", "motion", "drives", "joints", "ends", "excess")},
             "parts": parts,
             "clouds": sorted((owner, sorted(centres)) for owner, centres in clouds),
+            "changes": whole["changes"],
         }
         stated = cast("Any", self.statement)
         try:  # parts around points of clouds are behind the others
             found = {**stated, "parts": stated["parts"][: len(parts)], "clouds": _stated_clouds(stated)}
+            weaker = {
+                "pairs": _weaker_pairs(stated, whole, pairs),
+                "requirements": _weaker_requirements(stated, problem, motion),
+            }
         except (LookupError, TypeError, ValueError) as error:
             raise FileFormatError("proof", "has no parts or requirements that can be read") from error
-        return next((name for name, value in due.items() if found.get(name) != value), "")
+        different = (name for name, value in due.items() if found.get(name) != value)
+        return next(chain(different, (name for name, wrong in weaker.items() if wrong)), "")
+
+
+def _weaker_pairs(stated: Any, due: Mapping[str, Any], pairs: Pairs) -> bool:
+    """Return whether pairs are nearer than due, or excused without need."""
+    kept = {(one, other): level for one, other, level in stated["pairs"]}
+    excused = {(one, other): reason for one, other, reason in stated["excused"]}
+    needless = {pair for pair, reason in excused.items() if reason not in (MEETING, TOUCHING)}
+    if needless - {(one, other) for one, other, _ in due["excused"]}:
+        return True
+    if any(each not in due["contacts"] for each in stated["contacts"]):
+        return True
+    return any(
+        kept.get((one, other)) != level and tuple(sorted(pairs.owners(row))) not in excused
+        for row, (one, other, level) in enumerate(due["pairs"])
+    )
+
+
+def _weaker_requirements(stated: Any, problem: Problem, motion: JudgedMotion) -> bool:
+    """Return whether a requirement is neither stated nor among those that are only judged."""
+    torque = stated_torque(motion, problem.limits)
+    records = (*asked(problem, motion).records, *(() if torque is None else (torque,)))
+    return any(
+        json.loads(json.dumps(record.document)) not in stated["requirements"]
+        and (record.shown is None or printable(record.words) not in stated["judged"])
+        for record in records
+    )
 
 
 def _stated_clouds(statement: Any) -> list[tuple[str, list[list[float]]]]:
