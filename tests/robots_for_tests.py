@@ -1,8 +1,9 @@
 """Small robots written as URDF text, with joints of every kind."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from trajopt import Robot, placement
+from trajopt import Robot, bases, placement
 
 ODD_ARM = """<robot name="odd">
   <link name="base"><collision><origin xyz="0 0 0.05"/><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
@@ -90,8 +91,40 @@ def sliding_base(folder: Path) -> Robot:
         ("swing", "revolute", "base", "mast", "0 0 0.5", "0 0 1", turns),
         ("lift", "revolute", "mast", "boom", "0.3 0 0.4", "0 1 0", turns),
     )
-    (folder / "base.urdf").write_text(
-        f'<robot name="base">{links}'
+    return Robot.from_urdf(_written(folder / "base.urdf", links, joints))
+
+
+def wheeled_base(folder: Path, reach: float = 12.0) -> Robot:
+    """Write and load a base on two driven wheels with a boom of one joint: one group, "all"."""
+    links = "".join(
+        f'<link name="{link}"><collision><origin xyz="0 0 0.3"/>{shape}</collision></link>'
+        for link, shape in (
+            ("body", '<geometry><cylinder radius="0.3" length="0.5"/></geometry>'),
+            ("boom", '<geometry><box size="0.4 0.05 0.05"/></geometry>'),
+        )
+    )
+    turns = '<limit lower="-2" upper="2" effort="100" velocity="1"/>'
+    path = _written(
+        folder / "wheels.urdf", links, [("lift", "revolute", "body", "boom", "0 0 0.5", "0 1 0", turns)]
+    )
+    srdf = folder / "wheels.srdf"
+    srdf.write_text(
+        '<robot name="wheels"><virtual_joint name="world_joint" type="planar" parent_frame="map" child_link="body"/>'
+        '<group name="all"><joint name="world_joint"/><joint name="lift"/></group></robot>'
+    )
+    base = bases.planar_base(
+        (-reach, -reach),
+        (reach, reach),
+        velocity=(0.8, 1.0),
+        acceleration=(0.8, 1.5),
+        drive=bases.Drive.DIFFERENTIAL,
+    )
+    return Robot.from_urdf(path, srdf=srdf, base=base)
+
+
+def _written(path: Path, links: str, joints: Sequence[tuple[str, ...]]) -> Path:
+    path.write_text(
+        f'<robot name="{path.stem}">{links}'
         + "".join(
             f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
             f'<origin xyz="{at}"/><axis xyz="{axis}"/>{limit}</joint>'
@@ -99,4 +132,4 @@ def sliding_base(folder: Path) -> Robot:
         )
         + "</robot>"
     )
-    return Robot.from_urdf(folder / "base.urdf")
+    return path

@@ -4,12 +4,15 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from trajopt_problems.moving_bases import past_column_pr2, past_column_tiago
 
 import trajopt as to
-from tests.robots_for_tests import sliding_base
+from tests.robots_for_tests import sliding_base, wheeled_base
 from trajopt.optimise.kinematics import reduce_model
 from trajopt.optimise.kinematics.inverse import random_starts
+from trajopt.planning.seeds.sampled import knots_along
 from trajopt.verify import CheckKind
 
 
@@ -18,15 +21,50 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
     return sliding_base(tmp_path_factory.mktemp("base"))
 
 
-@pytest.mark.parametrize("half", [2.0, 4.0, 8.0])
-def test_it_leaves_a_building_whose_door_is_behind_it(base: to.Robot, half: float) -> None:
-    scene = to.Scene(base).add("front", to.Box(0.2, 2.0 * half, 2.0), to.placement((2.0, 0.0, 1.0)))
+@pytest.fixture(scope="module")
+def wheels(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
+    return wheeled_base(tmp_path_factory.mktemp("wheels"))
+
+
+def building(robot: to.Robot, half: float) -> to.Scene:
+    scene = to.Scene(robot).add("front", to.Box(0.2, 2.0 * half, 2.0), to.placement((2.0, 0.0, 1.0)))
     for name, side in (("left", half), ("right", -half)):
         scene = scene.add(name, to.Box(4.0, 0.2, 2.0), to.placement((0.1, side, 1.0)))
+    return scene
+
+
+@pytest.mark.parametrize("half", [2.0, 4.0, 8.0])
+def test_it_leaves_a_building_whose_door_is_behind_it(base: to.Robot, half: float) -> None:
+    scene = building(base, half)
     problem = to.Problem(scene=scene, start=base.positions(), goal=to.joint_positions({"x": 4.0, "y": 0.0}))
     result = to.plan(problem)
     assert np.abs(result.require().trajectory.positions[:, 1]).max() > half
     assert len(result.attempts) <= 4, "a sampled path, no lucky bend"
+
+
+@pytest.mark.parametrize("half", [1.5, 3.0, 6.0])
+def test_on_wheels_it_leaves_too(wheels: to.Robot, half: float) -> None:
+    goal = to.joint_positions({"world_joint/x": 4.0, "world_joint/y": 0.0, "world_joint/theta": 0.0})
+    problem = to.Problem(scene=building(wheels, half), start=wheels.positions(), goal=goal)
+    result = to.plan(problem)
+    certificate = result.require().certificate
+    assert certificate.verified and any(check.kind is CheckKind.ROLLING for check in certificate.checks)
+    assert len(result.attempts) <= 8
+
+
+@given(
+    points=st.lists(st.tuples(*[st.floats(-5.0, 5.0)] * 3, st.floats(-2.0, 2.0)), min_size=2, max_size=6),
+    segments=st.integers(20, 60),
+)
+def test_the_paths_of_wheels_roll(wheels: to.Robot, points: list[tuple[float, ...]], segments: int) -> None:
+    reduced = reduce_model(to.Scene(wheels), "all", wheels.positions())
+    corners = np.array(points)
+    path = knots_along(corners, segments, reduced)
+    assert path.shape == (segments + 1, 4)
+    assert np.array_equal(path[[0, -1]], corners[[0, -1]])
+    heading = (path[1:, 2] + path[:-1, 2]) / 2.0
+    step = np.diff(path, axis=0)
+    assert np.abs(np.cos(heading) * step[:, 1] - np.sin(heading) * step[:, 0]).max() < 1e-3
 
 
 @pytest.mark.parametrize("away", [5.0, 50.0, 300.0])

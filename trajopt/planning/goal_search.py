@@ -35,6 +35,7 @@ from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import joint_positions
+from trajopt.problem.stated import MOST_KNOTS
 from trajopt.values.arrays import Floats, Value
 
 
@@ -131,13 +132,31 @@ def attempt(candidate: Candidate) -> Result:
         return work.result(Status.NO_SEED, str(reason))
     finally:
         work.tracker.count_work(counts)
-    program = candidate.branch_of(seed).program
-    result = plan_once(work.problem, seed, program=program, workspace=work, effort=candidate.effort)
+    branch = candidate.branch_of(seed)
+    result = plan_once(work.problem, seed, program=branch.program, workspace=work, effort=candidate.effort)
+    if result.status is Status.NOT_VERIFIED:
+        result = _finer(result, branch, work)
     if work.tracker.budget.improve and not work.problem.starts_moving:
         plain = work.judged_as_it_is(seed)
         if plain is not None and plain.cost < result.cost:
             return plain
     return result
+
+
+def _finer(refused: Result, branch: GoalBranch, work: PlanningWorkspace) -> Result:
+    """Plan from a path with a knot more in each step: what the judge refuses happens between the knots."""
+    problem = work.problem
+    if refused.path is None or problem.starts_moving or problem.scene.changing:
+        return refused
+    seed = refused.path.knots
+    knots = 2 * len(seed) - 1
+    if knots > MOST_KNOTS:
+        return refused
+    fine = np.insert(seed, np.arange(1, len(seed)), (seed[:-1] + seed[1:]) / 2.0, axis=0)
+    places = tuple(2 * place for place in branch.line.places)
+    program = branch.method.program(replace(branch.problem, knots=knots), fine, places)
+    result = plan_once(problem, fine, program=program, workspace=work)
+    return result if result.verified else refused
 
 
 @dataclass(eq=False)

@@ -64,7 +64,7 @@ class Problem(Value):
             it without a stop, unless only a stop holds the tolerance.
         costs: Terms to minimise; squared velocity and acceleration by default.
         knots: Number of knots of the path, 3 to 2000. 0 selects 24, or 48 for a base with driven wheels, or 8
-            for each leg between waypoints if that is more.
+            for each leg between waypoints if that is more. Twice as many if the judge refuses the motion.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Largest tool speeds: one limit or several.

@@ -6,12 +6,15 @@ Source: Kuffner and LaValle, ICRA 2000.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count, pairwise
+from math import atan2, hypot, pi
 
 import numpy as np
 
 from trajopt.geometry import Evaluator, SearchSpace, WorkCounts, search_path
 from trajopt.optimise.kinematics.projection import Projection, turning_joints
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext, SeedKind
+from trajopt.robot.joints import JointLimits
+from trajopt.scene.reduced import ReducedModel
 from trajopt.values.arrays import Floats, Printed
 
 CHECKED = 60_000
@@ -40,6 +43,8 @@ SLIDE = (3.0, 12.0, 48.0, 192.0)
 """The same of a sliding joint in successive searches, all others as the last: a near path is shorter,
 but a base may have to go around a building [m].
 """
+STILL = 1e-3
+"""A base that moves less far keeps its heading [m]."""
 SURE = 1e-8
 """Allowance below the distances at start and goals, for the error of repeated measurements [m]."""
 
@@ -110,6 +115,8 @@ def sampled(
 ) -> Floats:
     """Return a collision-free path between the knots' stops, evenly spaced on each leg, shape (N, n).
 
+    A base on driven wheels turns on the spot and drives straight, which may collide where the path did not.
+
     Args:
         context: Goals; the path leads to the one reached first.
         check: Called while it searches; may raise to stop.
@@ -140,7 +147,7 @@ def sampled(
             if found.exhausted:
                 raise SpaceExhausted("the sampling planner found no path, and in the end nothing new")
             raise NoSeed(f"the sampling planner found no path among {checked} configurations")
-        legs.append(_even(found.corners, last - first, context.reduced.limits.velocity)[1:])
+        legs.append(knots_along(found.corners, last - first, context.reduced)[1:])
     return _held(np.concatenate(legs), context, query)
 
 
@@ -177,6 +184,49 @@ def _held(path: Floats, context: SeedContext, query: Evaluator) -> Floats:
     held = path.copy()
     held[inner] = ended.positions
     return held
+
+
+def knots_along(corners: Floats, segments: int, reduced: ReducedModel) -> Floats:
+    """Return knots along a path of straight lines, (segments + 1, n), on which driven wheels roll."""
+    speed, places = reduced.limits.velocity, reduced.scene.robot.base.rolling(reduced.joint_names)
+    if places is None:
+        return _even(corners, segments, speed)
+    driven = _driven(corners, places, reduced.limits)
+    spaced = _with_corners if len(driven) <= segments else _even
+    return spaced(driven, segments, speed)
+
+
+def _driven(corners: Floats, places: tuple[int, int, int], limits: JointLimits) -> Floats:
+    """Return the corners of a path on which a base turns on the spot, or drives straight ahead or back."""
+    x, y, yaw = places
+    path = [corners[0]]
+    for corner in corners[1:]:
+        begun, there = path[-1].copy(), corner.copy()
+        along, across = float(there[x] - begun[x]), float(there[y] - begun[y])
+        if hypot(along, across) > STILL:
+            ahead = atan2(across, along)
+            heading = ahead + pi * round((float(begun[yaw]) - ahead) / pi)
+            heading += pi * ((heading < limits.lower[yaw]) - float(heading > limits.upper[yaw]))
+            begun[yaw] = heading
+        there[yaw] = begun[yaw]
+        path += [begun, there]
+    path.append(corners[-1])
+    driven = np.stack(path)
+    kept = np.ones(len(driven), dtype=np.bool_)
+    kept[1:-1] = (driven[1:-1] != driven[:-2]).any(axis=1)
+    return driven[kept]
+
+
+def _with_corners(path: Floats, segments: int, speed: Floats) -> Floats:
+    """Return a path with a knot at each corner and the others evenly in time, shape (segments + 1, n)."""
+    lengths = (np.abs(np.diff(path, axis=0)) / speed).max(axis=1)
+    parts = np.ones(len(lengths), dtype=np.int64)
+    for _ in range(segments - len(lengths)):
+        parts[np.argmax(lengths / parts)] += 1
+    lines: list[Floats] = [
+        np.linspace(path[line], path[line + 1], part + 1)[1:] for line, part in enumerate(parts.tolist())
+    ]
+    return np.concatenate((path[:1], *lines))
 
 
 def _even(path: Floats, segments: int, speed: Floats) -> Floats:
