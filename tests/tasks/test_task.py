@@ -555,6 +555,10 @@ WRONG_STAGES = {
         lambda: [Within([MoveTo("ready")], StageLimits(joints={"panda_joint1": 1.0}))],  # pyright: ignore
         "joints: 'panda_joint1' needs the lowest and highest position",
     ),
+    "own place": (
+        lambda: [PlaceObject("cup", Place(placement=over(0.5, 0.1), frame="cup", name="spot"))],
+        "stage 'place cup': place 'spot' of 'cup' is on itself",
+    ),
     "nested": (
         lambda: [Fallback([[Dwell(0.1), PlaceObject("cup", Place(placement=over(0.5, 0.1)))]])],
         "stage 'fallback': stage 'place cup': object 'cup' is not in a hand",

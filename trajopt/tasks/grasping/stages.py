@@ -235,6 +235,8 @@ class PlaceObject(Value):
         for place in self.places:
             for frame in (place.frame, place.lower.frame, place.retreat.frame):
                 scene.holder(frame)
+            if place.frame == self.object:
+                raise ProblemError(f"place {shown(place.name)} of {shown(self.object)} is on itself")
             if (carrier := scene.carrier(place.frame)) is not None:
                 raise ProblemError(
                     f"place {shown(place.name)} is on {shown(carrier)}, which moves by itself; {MET}"
