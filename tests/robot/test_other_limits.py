@@ -91,3 +91,19 @@ def test_load_chooses_them_too(tmp_path: Path) -> None:
     assert np.isinf(one(to.load(tmp_path / "odd.urdf"), "pan"))
     assert np.isfinite(one(to.load(tmp_path / "odd.urdf", limit_jerk=True), "pan"))
     assert to.load("planar2", limit_jerk=True).notes == to.load("planar2").notes
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(4.0, np.inf), (-np.inf, -4.0)])
+def test_a_limit_on_one_side_beyond_half_a_turn_is_planned_with(lower: float, upper: float) -> None:
+    """Positions were drawn between it and half a turn on its other side: an error of numpy."""
+    arm = to.load("planar2")
+    limits = replace(arm.limits, lower=np.array([-3.0, lower]), upper=np.array([3.0, upper]))
+    scene = to.Scene(replace(arm, limits=limits))
+    near = float(np.clip(0.0, lower + 0.5, upper - 0.5))
+    goal = scene.placement_of("tool", arm.positions({"joint1": 0.5, "joint2": near}))
+    problem = to.Problem(
+        scene=scene,
+        start=[0.0, near],
+        goal=to.frame_placement("tool", goal, rotation_tolerance=np.inf),
+    )
+    assert to.plan(problem).verified

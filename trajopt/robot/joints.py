@@ -150,9 +150,15 @@ class JointLimits(Value):
 
 def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator) -> Floats:
     """Draw positions within limits, shape (count, n) [rad | m]; unlimited joints within half a turn."""
-    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    lower, upper = drawing_range(limits)
     return rng.uniform(lower, upper, (count, len(lower)))
+
+
+def drawing_range(limits: JointLimits) -> tuple[Floats, Floats]:
+    """Return finite limits, shape (n,) [rad | m]: [-pi, pi] without limits, a turn from one limit."""
+    low = np.where(np.isfinite(limits.upper), limits.upper - 2.0 * np.pi, -np.pi)
+    lower = np.where(np.isfinite(limits.lower), limits.lower, low)
+    return lower, np.where(np.isfinite(limits.upper), limits.upper, lower + 2.0 * np.pi)
 
 
 EXCESS = 1e-6

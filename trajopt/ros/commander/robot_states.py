@@ -10,6 +10,7 @@ from trajopt.files.messages import JointState, MotionPlanRequest, RobotState, do
 from trajopt.files.moveit.motion_plan_request import request_of
 from trajopt.files.moveit.scene_messages import checked_joint_positions, layered_positions
 from trajopt.problem.problem import Problem
+from trajopt.robot.joints import drawing_range
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.loading.mimics import followed_limits
 from trajopt.robot.loading.pinocchio_model import joint_above, joint_frame_names
@@ -47,8 +48,7 @@ def variable_names(robot: Robot, group: Group) -> list[str]:
 def random_positions(robot: Robot, joints: Sequence[str], rng: np.random.Generator) -> dict[str, float]:
     """Draw positions within the limits of joints and of those that mimic them; [-pi, pi] if without end."""
     limits = followed_limits(robot.limits, tuple(joints), robot.mimics)
-    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    lower, upper = drawing_range(limits)
     drawn = lower + rng.random(len(joints)) * (upper - lower)
     return dict(zip(joints, drawn.tolist(), strict=True))
 

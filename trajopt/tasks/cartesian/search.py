@@ -13,7 +13,7 @@ from trajopt.planning.infeasibility import reasons
 from trajopt.planning.status import Status
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement, axis_alignment, frame_placement
-from trajopt.robot.joints import LimitKind, joint_unit
+from trajopt.robot.joints import LimitKind, drawing_range, joint_unit
 from trajopt.tasks.cartesian.program import knot_stations, on_the_curve
 from trajopt.tasks.cartesian.result import StopReason
 from trajopt.tasks.cartesian.tracking import FARTHEST, CurveTrack, OnCurve, resampled, stations_of, track
@@ -60,8 +60,7 @@ class CurveSearch:
             found.append(self._onward(SelfMotions(on_curve, margin).farthest(stations, starts)))
         else:
             limits = self.problem.reduced.limits
-            low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-            high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+            low, high = drawing_range(limits)
             for posture in ((low + high) / 2.0, *self.rng.uniform(low, high, (POSTURES, len(low)))):
                 drifting = np.tile(posture, (len(starts), 1))
                 found.append(self._best(track(on_curve, stations, starts, drifting)))
@@ -404,8 +403,7 @@ def untracked(on_curve: OnCurve, found: CurveTrack, rng: np.random.Generator) ->
         text = f"{name} is at its {side.value} limit of {in_joint_position(float(limit[joint]), unit)}"
         text += f"{limits.because(name, side)}, and the curve needs {in_joint_position(at, unit)} and more"
         return stop_reason(on_curve, Status.JOINT_LIMIT, s, text, joint=name, amount=float(limit[joint]))
-    low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-    high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    low, high = drawing_range(limits)
     drawn = np.vstack((q[None], rng.uniform(low, high, (SEARCHES, len(low)))))
     other = on_curve(drawn, np.full(len(drawn), ahead[1]))
     singular = float(on_curve.smallest_singular_value(q[None], np.array((s,)))[0])
