@@ -8,10 +8,16 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from trajopt.problem.requirements import (
+    AxisAlignment,
+    DistanceBetween,
+    FollowsCurve,
     FramePlacement,
+    Gaze,
     GoalSet,
     JointPositions,
     LineOfSight,
+    PointOnArc,
+    PositionInRegion,
     Requirement,
     frame_placement,
     joint_positions,
@@ -19,6 +25,7 @@ from trajopt.problem.requirements import (
 from trajopt.problem.requirements.alternatives import GoalLike
 from trajopt.robot.configuration import FORMS, HasFinalState, joints_of, stated_configuration
 from trajopt.robot.joints import JointLimits, LimitKind, joint_unit
+from trajopt.robot.loading.pinocchio_model import link_joint
 from trajopt.robot.robot import Robot
 from trajopt.scene.group_tools import tool_of
 from trajopt.scene.scene import Scene
@@ -33,7 +40,7 @@ from trajopt.values.errors import (
     shown,
 )
 from trajopt.values.likely_units import meant_at_speed, stated_angle
-from trajopt.values.placement import Placement, as_placement
+from trajopt.values.placement import WORLD, Placement, as_placement
 from trajopt.values.printed import in_unit
 
 
@@ -228,11 +235,27 @@ def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
         raise ProblemError(f"{moving}: a moving goal requires a start at rest")
 
 
+RELATIVE = (
+    AxisAlignment,
+    DistanceBetween,
+    FollowsCurve,
+    FramePlacement,
+    Gaze,
+    PointOnArc,
+    PositionInRegion,
+)
+"""Requirements that only a motion of their frames relative to each other changes."""
+
+
 def check_names(scene: Scene, item: Requirement) -> None:
     """Check the frames and joints of a requirement."""
     scene.robot.index(item.joints)
     if moving := _moving(scene, item):
         raise ProblemError(f"{moving}: only goals may refer to frames of dynamic obstacles")
+    if isinstance(item, RELATIVE):
+        first, second = item.frames
+        if _joint(scene, first) == _joint(scene, second):
+            raise ProblemError(f"no motion changes it: {item} ({first} is fixed to {second})")
     if isinstance(item, LineOfSight):
         item.obstacles(scene)
     if isinstance(item, JointPositions) and item.in_degrees:
@@ -242,6 +265,11 @@ def check_names(scene: Scene, item: Requirement) -> None:
                     f"position of {joint} is in degrees, but the joint is prismatic: give it in metres, "
                     "in joint_positions(...) of its own"
                 )
+
+
+def _joint(scene: Scene, frame: str) -> int:
+    link = scene.holder(frame).link
+    return 0 if link == WORLD else link_joint(scene.robot.model, link)
 
 
 def _moving(scene: Scene, item: Requirement) -> str:

@@ -1,6 +1,7 @@
 """Cameras that look at points: formulas, verdicts, and what every kind is asked."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from tests.problem.requirements.sound import (
     verdict,
     violation,
 )
+from tests.robots_for_tests import two_arms
 from tests.verify.arms import mixed_arm, reduced, wavy
 from trajopt.geometry import Query
 from trajopt.optimise.terms import constrain
@@ -28,6 +30,7 @@ from trajopt.optimise.terms.alignment import ViewAngle, ViewDistance
 from trajopt.problem.motion import Motion
 from trajopt.problem.requirements import (
     Gaze,
+    Requirement,
     gaze,
 )
 from trajopt.problem.residual import WHOLE
@@ -102,6 +105,26 @@ def test_bad_input_is_refused() -> None:
         to.gaze("a", (0, 0, 0), angle=0.3, nearest=0.5, farthest=0.4)
     with pytest.raises(ShapeError, match="angle"):
         to.gaze("tip", (0, 0, 0), angle=4.0)
+
+
+@pytest.mark.parametrize(
+    "need",
+    [
+        to.gaze("tool", (0, 0, 0), angle=0.3, reference="tool"),
+        to.gaze("tool", (0, 0, 1), angle=0.3, reference="right_fore"),
+        to.axis_alignment("torso", tolerance=0.1),
+        to.distance_between("right_hand", "tool", lower=0.1),
+    ],
+    ids=str,
+)
+def test_frames_fixed_to_each_other_are_refused(need: Requirement, tmp_path: Path) -> None:
+    """The planner searched for minutes while the camera looked at its own centre."""
+    scene = Scene(two_arms(tmp_path))
+    places: list[dict[str, Any]] = [{"constraints": [need]}, {"waypoints": [need]}, {"goal": need}]
+    for where in places:
+        fields: dict[str, Any] = {"goal": [0.1, 0.1], **where}
+        with pytest.raises(ProblemError, match=r"no motion changes it: .* is fixed to"):
+            to.Problem(scene=scene, group="right", start=[0.0, 0.0], **fields)
 
 
 def camera(reference: str) -> Gaze:
