@@ -1,4 +1,4 @@
-"""Slow motions cost the judge what fast ones do, and numbers that overflow are refused at once."""
+"""Slow motions and many waypoints cost the judge little, and numbers that overflow are refused at once."""
 
 from dataclasses import replace
 
@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.problem.requirements import joint_positions
 from trajopt.values.errors import ProblemError, ShapeError
+from trajopt.verify import Judge, Specification
 from trajopt.verify.checks.torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import JudgedMotion, sampled_times, steps_in_pieces
@@ -126,3 +128,29 @@ def test_limits_that_allow_almost_no_motion_are_reported(
     asked = replace(problem, velocity_scaling=velocity, acceleration_scaling=acceleration)
     result = to.plan(asked, budget=to.Budget(attempts=1))
     assert result.status is to.Status.NO_TIMING and "are the most" in result.reason
+
+
+def evaluations(count: int, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Count the moments looked up to judge a motion through `count` waypoints."""
+    arm = to.load("planar2")
+    stops = [{"joint1": 0.5 * np.sin(place), "joint2": 0.3 + 0.01 * place} for place in range(count)]
+    problem = to.Problem(scene=to.Scene(arm), start=stops[0], goal=stops[-1])
+    rows = np.array([[stop[name] for name in problem.reduced.joint_names] for stop in stops])
+    motion = to.Trajectory(problem.reduced.joint_names, np.arange(count, dtype=float), rows)
+    waypoints = {str(place): (joint_positions(stop),) for place, stop in enumerate(stops)}
+    times = list[int]()
+    lookup = to.Trajectory.__call__
+
+    def counted(self: to.Trajectory, t: object, order: int = 0) -> np.ndarray:
+        times.append(np.size(t))  # pyright: ignore
+        return lookup(self, t, order)  # pyright: ignore
+
+    with monkeypatch.context() as patch:
+        patch.setattr(to.Trajectory, "__call__", counted)
+        certificate = Judge(problem.reduced).certify(motion, Specification(goals=(), waypoints=waypoints))
+    assert all(check.holds for check in certificate.checks if check.name.startswith("waypoint"))
+    return sum(times)
+
+
+def test_many_waypoints_cost_in_proportion_to_their_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert evaluations(80, monkeypatch) < 2.5 * evaluations(40, monkeypatch)

@@ -90,7 +90,7 @@ def _on_the_way(
         for item in problem.partial
         if isinstance(item.required, Requirement)
     ]
-    passed = passages(motion, wanted, parts)
+    passed = dict(passages(motion, wanted, parts))
     times, found, missed = set[float](), list[RequirementRecord](), list[str]()
     for name, passage in passed.items():
         records = [stated(item, motion, always=False) for item in wanted[name]]

@@ -17,6 +17,8 @@ from trajopt.verify.specification import Criterion, SampledCheck, Specification
 
 _ZOOMS = 8
 _PIECES = 16
+_BLOCK = 1024
+"""Samples examined at a time: most waypoints are passed soon after their predecessors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,39 +42,42 @@ def passages(
     motion: JudgedMotion,
     waypoints: Mapping[str, Sequence[Requirement]],
     partial: Sequence[During[Requirement]] = (),
-) -> dict[str, Passage]:
-    """Check that each waypoint holds at some moment, not before the moment of its predecessor.
+) -> Iterator[tuple[str, Passage]]:
+    """Check waypoints up to the first missed: each holds at some moment, not before its predecessor.
 
     Requirements on a part of the motion must also hold at the moments of its ends.
     """
-    found: dict[str, Passage] = {}
-    earliest = 0.0
+    earliest, times = 0.0, sampled_times(motion)
     for name, wanted in waypoints.items():
         bounding = [part.required for part in partial if name in (part.after, part.until)]
         numbers = [item for requirement in (*wanted, *bounding) for item in quantities(requirement, motion)]
+        # A line of sight past nothing holds at any moment.
+        passage = Passage(None, earliest)
         if numbers:
-            found[name] = _passed(motion, f"waypoint {name}", numbers, earliest)
-        else:  # a line of sight past nothing holds at any moment
-            found[name] = Passage(None, earliest)
-        if found[name].holds:
-            earliest = found[name].time
-    return found
+            moments = np.append(earliest, times[times > earliest])
+            passage = _passed(motion, f"waypoint {name}", numbers, moments)
+        yield name, passage
+        if not passage.holds:
+            return
+        earliest = passage.time
 
 
-def _passed(motion: JudgedMotion, name: str, numbers: Sequence[Quantity], earliest: float) -> Passage:
+def _passed(motion: JudgedMotion, name: str, numbers: Sequence[Quantity], times: Floats) -> Passage:
     def excesses(times: Floats) -> Floats:
         return np.array([item.excess(item.states(times)) for item in numbers])
 
     def worst(times: Floats) -> Floats:
         return excesses(times).max(axis=0)
 
-    time = _deepest(motion, worst, _passage(motion, worst, earliest))
+    accepted = motion.options.excess
+    entered = _passage(worst, times, accepted)
+    time = _deepest(worst, np.append(entered, times[times > entered]), accepted)
     now = np.array((time,))
     over = excesses(now)[:, 0]
     tightest = numbers[int(over.argmax())]
     excess = float(over.max())
-    holds = excess <= motion.options.excess
-    missed = f"the nearest moment from {earliest:.3f} s on is {time:.3f} s"
+    holds = excess <= accepted
+    missed = f"the nearest moment from {times[0]:.3f} s on is {time:.3f} s"
     missed += f", and misses {tightest.name} by {in_unit(excess, tightest.unit)}"
     check = Check(
         name=f"{name}: {tightest.kind}",
@@ -89,18 +94,18 @@ def _passed(motion: JudgedMotion, name: str, numbers: Sequence[Quantity], earlie
     return Passage(check, time)
 
 
-def _deepest(motion: JudgedMotion, excess: Callable[[Floats], Floats], entered: float) -> float:
-    """Return the moment of largest margin in an accepted stretch, or its beginning if there is none.
+def _deepest(excess: Callable[[Floats], Floats], times: Floats, accepted: float) -> float:
+    """Return the moment of largest margin in the accepted stretch at the first time, or that if it has none.
 
     From a moment at which it barely holds, a requirement is hard to prove.
     """
-    times = sampled_times(motion)
-    times = np.concatenate(([entered], times[times > entered]))
-    values = excess(times)
-    left = np.flatnonzero(values > motion.options.excess)
+    values = np.empty(0)
+    while len(values) < len(times) and (values <= accepted).all():
+        values = np.append(values, excess(times[len(values) : len(values) + _BLOCK]))
+    left = np.flatnonzero(values > accepted)
     stretch = values[: int(left[0])] if len(left) else values
     if not len(stretch):
-        return entered
+        return float(times[0])
     place = int(stretch.argmin())
     begin, end = float(times[max(place - 1, 0)]), float(times[min(place + 1, len(times) - 1)])
     for _ in range(_ZOOMS):
@@ -111,40 +116,43 @@ def _deepest(motion: JudgedMotion, excess: Callable[[Floats], Floats], entered: 
     return middle if float(excess(np.array((middle,)))[0]) <= values[place] else float(times[place])
 
 
-def _passage(motion: JudgedMotion, excess: Callable[[Floats], Floats], earliest: float) -> float:
-    times = sampled_times(motion)
-    times = np.concatenate(([earliest], times[times > earliest]))
-    values = excess(times)
-    accepted = motion.options.excess
-    padded = np.concatenate(([np.inf], values, [np.inf]))
-    lowest = (values <= padded[:-2]) & (values <= padded[2:])
-    nearest, when = float(values[0]), earliest
-    for place in np.flatnonzero(lowest | (values <= accepted)).tolist():
-        begin, end = times[max(place - 1, 0)], times[min(place + 1, len(times) - 1)]
-        value, time = _zoom(excess, float(begin), float(end), accepted)
-        if value < nearest:
-            nearest, when = value, time
-        if nearest <= accepted:
-            break
+def _passage(excess: Callable[[Floats], Floats], times: Floats, accepted: float) -> float:
+    """Return the first accepted moment, or the nearest one if there is none."""
+    nearest, when = np.inf, float(times[0])
+    for first in range(0, len(times), _BLOCK):
+        begin = max(first - 1, 0)
+        values = excess(times[begin : first + _BLOCK + 1])
+        padded = np.concatenate(([np.inf], values, [np.inf]))
+        lowest = (values <= padded[:-2]) & (values <= padded[2:])
+        places = begin + np.flatnonzero(lowest | (values <= accepted))
+        places = places[(places >= first) & (places < first + _BLOCK)]
+        accepted_samples = np.flatnonzero(values[places - begin] <= accepted)
+        for some in filter(len, np.split(places, accepted_samples + 1)):
+            low, high = times[np.maximum(some - 1, 0)], times[np.minimum(some + 1, len(times) - 1)]
+            found, moments = _zoom(excess, low, high, accepted)
+            best = int((found <= accepted).argmax() if found.min() <= accepted else found.argmin())
+            if found[best] < nearest:
+                nearest, when = float(found[best]), float(moments[best])
+            if nearest <= accepted:
+                return when
     return when
 
 
 def _zoom(
-    excess: Callable[[Floats], Floats], begin: float, end: float, accepted: float
-) -> tuple[float, float]:
-    low, high = begin, end
-    best, when = np.inf, begin
+    excess: Callable[[Floats], Floats], low: Floats, high: Floats, accepted: float
+) -> tuple[Floats, Floats]:
+    """Return the least excess in each interval, or the first one accepted, and its moment, both (k,)."""
+    rows, best, when = np.arange(len(low)), np.full(len(low), np.inf), low
     for _ in range(_ZOOMS):
-        times = np.linspace(low, high, _PIECES + 1)
-        values = excess(times)
-        held = np.flatnonzero(values <= accepted)
-        place = int(held[0]) if len(held) else int(values.argmin())
-        best, when = float(values[place]), float(times[place])
-        if held.size and place == 0:
-            break
+        times = low[:, None] + (high - low)[:, None] / _PIECES * np.arange(_PIECES + 1)
+        times[:, -1] = high
+        values = excess(times.ravel()).reshape(times.shape)
+        held = values <= accepted
+        place = np.where(held.any(axis=1), held.argmax(axis=1), values.argmin(axis=1))
+        best, when = values[rows, place], times[rows, place]
         # The entry lies before the first moment that holds; a minimum on either side.
-        low = float(times[max(place - 1, 0)])
-        high = when if held.size else float(times[min(place + 1, _PIECES)])
+        low = times[rows, np.maximum(place - 1, 0)]
+        high = np.where(held.any(axis=1), when, times[rows, np.minimum(place + 1, _PIECES)])
     return best, when
 
 
@@ -160,7 +168,8 @@ def part_checks(
     check: Callable[[Required, JudgedMotion], tuple[Check, ...]],
 ) -> tuple[Check, ...]:
     """Check a requirement between two stops, from the moments at which they are passed."""
-    missed = [name for name in (part.after, part.until) if name is not None and not passed[name].holds]
+    held = {None, *(name for name, passage in passed.items() if passage.holds)}
+    missed = [name for name in (part.after, part.until) if name not in held]
     if missed:
         return (
             Check(
@@ -249,7 +258,7 @@ def _on_the_way(
     motion: JudgedMotion,
     waypoints: Mapping[str, Sequence[Requirement]],
     partial: Sequence[During[Requirement] | During[SampledCheck]],
-) -> list[Check]:
+) -> Iterator[Check]:
     proven: list[During[Requirement]] = []
     sampled: list[During[SampledCheck]] = []
     for part in partial:
@@ -260,13 +269,15 @@ def _on_the_way(
             proven.append(During(part.required, part.after, part.until))
         else:
             sampled.append(During(part.required, part.after, part.until))
-    passed = passages(motion, waypoints, proven)
-    checks = [passage.check for passage in passed.values() if passage.check is not None]
+    passed: dict[str, Passage] = {}
+    for name, passage in passages(motion, waypoints, proven):
+        passed[name] = passage
+        if passage.check is not None:
+            yield passage.check
     for part in proven:
-        checks += part_checks(part, motion, passed, _always)
+        yield from part_checks(part, motion, passed, _always)
     for part in sampled:
-        checks += part_checks(part, motion, passed, lambda check, cut: (sampled_check(check, cut),))
-    return checks
+        yield from part_checks(part, motion, passed, lambda check, cut: (sampled_check(check, cut),))
 
 
 def _always(requirement: Requirement, motion: JudgedMotion) -> tuple[Check, ...]:
