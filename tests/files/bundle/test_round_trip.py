@@ -1,10 +1,13 @@
 """What is saved is read again to the last digit, on a machine that has never seen the robot."""
 
+import json
 import pickle
 import subprocess
 import sys
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,7 +15,8 @@ import pytest
 import trajopt as to
 from trajopt.files.bundle import Holds, read_bundle, save
 from trajopt.files.bundle.codec import BundleReader, BundleWriter, kinematics_document, model_from
-from trajopt.files.proof import prove
+from trajopt.files.proof import MotionProof, prove
+from trajopt.files.proof.pairs import MEETING, TOUCHING
 from trajopt.optimise.terms.user_functions import FunctionResidual
 from trajopt.planning import Result
 from trajopt.problem.problem import named_problem
@@ -60,6 +64,13 @@ def test_a_proof_is_kept_and_checked(solved: Result, tmp_path: Path) -> None:
     assert (tmp_path / "x.proof").read_bytes() == proof.data
 
 
+def excusing(proof: MotionProof, reason: str) -> bytes:
+    """Return a proof with another reason for its excuses."""
+    excused = [[*owners, reason] for *owners, _ in cast("Any", proof.statement["excused"])]
+    stated = json.dumps({**proof.statement, "excused": excused}).encode()
+    return b"proof/1 %d\n" % len(stated) + stated + sha256(stated).digest() + proof.witness
+
+
 def test_a_proof_of_another_motion_or_scene_is_refused(solved: Result, kept: Path, tmp_path: Path) -> None:
     assert read_bundle(kept).proof is None
     problem, plan = solved.problem, solved.require()
@@ -78,6 +89,8 @@ def test_a_proof_of_another_motion_or_scene_is_refused(solved: Result, kept: Pat
     members = members_of(kept)
     for field, proof in {
         "pairs": prove(touching, motion).data,
+        "its pairs differs": excusing(prove(touching, motion), MEETING),
+        "its pairs": excusing(prove(touching, motion), TOUCHING),
         "requirements": prove(wider, motion).data,
         "motion": prove(problem, slower).data,
         "parts": prove(moved, motion).data,

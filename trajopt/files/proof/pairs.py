@@ -261,6 +261,11 @@ class Pairs:
         one, other = self.pairs[pair].tolist()
         return _owners(self.parts, one, other)
 
+    def excusable(self, pair: int) -> bool:
+        """Return whether a proof may excuse a pair: exact meshes, or contact that is accepted for a time."""
+        shapes = (self.parts[int(part)].body.shape for part in self.pairs[pair])
+        return self.owners(pair) in self.contacts or any(isinstance(shape, Mesh) for shape in shapes)
+
     def excusing(self, lost: Collection[int]) -> "Pairs":
         """Return the pairs of other owners, with the owners of lost pairs excused."""
         gone = {self.owners(pair) for pair in lost}

@@ -18,8 +18,6 @@ import numpy as np
 import trajopt.verify
 from trajopt.files.proof.leaves import SHORTEST, LeafSearch, Leaves, separated
 from trajopt.files.proof.pairs import (
-    MEETING,
-    TOUCHING,
     Document,
     Pairs,
     cloud_centres,
@@ -44,7 +42,6 @@ from trajopt.values.arrays import Bools, Floats
 from trajopt.values.documents.files import written_whole
 from trajopt.values.errors import FileFormatError, ProblemError, shown
 from trajopt.values.errors.arguments import checked
-from trajopt.values.shapes.shapes import Mesh
 from trajopt.values.trajectory import Interpolation, Trajectory
 from trajopt.verify import VerifyOptions
 from trajopt.verify.kernel.kinematics import Kinematics
@@ -215,9 +212,10 @@ class MotionProof:
 def _weaker_pairs(stated: Any, due: Mapping[str, Any], pairs: Pairs) -> bool:
     """Return whether pairs are nearer than due, or excused without need."""
     kept = {(one, other): level for one, other, level in stated["pairs"]}
-    excused = {(one, other): reason for one, other, reason in stated["excused"]}
-    needless = {pair for pair, reason in excused.items() if reason not in (MEETING, TOUCHING)}
-    if needless - {(one, other) for one, other, _ in due["excused"]}:
+    excused = {(one, other) for one, other, _ in stated["excused"]}
+    rows = filter(pairs.excusable, range(len(pairs.pairs)))
+    excusable = {tuple(sorted(pairs.owners(row))) for row in rows}
+    if excused - {(one, other) for one, other, _ in due["excused"]} - excusable:
         return True
     if any(each not in due["contacts"] for each in stated["contacts"]):
         return True
@@ -362,12 +360,8 @@ def _separated(motion: JudgedMotion) -> tuple[Pairs, Leaves]:
     if not len(lost.pair):
         return pairs, leaves
     for place, pair in enumerate(lost.pair.tolist()):
-        bodies = [pairs.parts[int(part)].body for part in pairs.pairs[pair]]
-        excusable = (
-            any(isinstance(body.shape, Mesh) for body in bodies) or pairs.owners(pair) in pairs.contacts
-        )
-        if not excusable:
-            names = " and ".join(body.owner for body in bodies)
+        if not pairs.excusable(pair):
+            names = " and ".join(pairs.parts[int(part)].body.owner for part in pairs.pairs[pair])
             raise ProblemError(f"no direction separates {names} around {lost.begin[place]:.6g} s")
     pairs = pairs.excusing(set(lost.pair.tolist()))
     return pairs, LeafSearch(motion.among, pairs).search()[0]
