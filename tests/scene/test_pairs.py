@@ -1,5 +1,9 @@
 """Pair lists against the plain double loop, on random scenes; and what scenes may share."""
 
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -154,3 +158,25 @@ def test_joints_fixed_elsewhere_make_another_model(arms: to.Robot) -> None:
 def test_unknown_frames_are_refused(arms: to.Robot) -> None:
     with pytest.raises(to.TrajoptError, match="nowhere"):
         reduce_model(to.Scene(arms), "left", arms.positions()).attachment("nowhere")
+
+
+@pytest.mark.parametrize("length", [0.01, 0.04, 0.4])
+def test_short_chains_have_small_default_margins(tmp_path: Path, length: float) -> None:
+    chain = ("palm", "near", "middle", "far")
+    shape = f'<collision><geometry><sphere radius="{length / 4.0}"/></geometry></collision>'
+    links = "".join(f'<link name="{name}">{shape}</link>' for name in chain)
+    turns = '<axis xyz="0 1 0"/><limit lower="-2" upper="2" velocity="1" effort="1"/>'
+    joints = "".join(
+        f'<joint name="{child}_joint" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{length} 0 0"/>{turns}</joint>'
+        for parent, child in pairwise(chain)
+    )
+    path = tmp_path / "finger.urdf"
+    path.write_text(f'<robot name="finger">{links}{joints}</robot>')
+    robot = to.Robot.from_urdf(path)
+    scene = to.Scene(robot).add("box", to.Box(0.1, 0.1, 0.1), to.placement((1.0, 0.0, 1.0)))
+    reach = 2.25 * length  # two links, and the radius of the last
+    margins = reduce_model(scene, "all", robot.positions()).pairs.margin
+    np.testing.assert_allclose(margins, min(0.01, 0.02 * reach))
+    wide = reduce_model(replace(scene, margin=0.03), "all", robot.positions()).pairs.margin
+    np.testing.assert_allclose(wide, 0.03)

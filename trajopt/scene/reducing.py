@@ -26,7 +26,7 @@ from trajopt.scene.clearances import (
 )
 from trajopt.scene.model_error import approaches
 from trajopt.scene.reduced import BodyPairs, CollisionModel, DrivenJoints, ReducedModel, TimedModel
-from trajopt.scene.scene import Scene
+from trajopt.scene.scene import DEFAULT_MARGIN, Scene
 from trajopt.scene.scene_object import AnchoredObject, SceneObject
 from trajopt.scene.track import STEADY, Prediction, Timing, Track
 from trajopt.values.arrays import Bools, Floats, Ints, Printed, readonly
@@ -34,6 +34,7 @@ from trajopt.values.cached import LruCache, cached_in_value, cached_per_value
 from trajopt.values.errors import ModelError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import IDENTITY, WORLD, Placement
+from trajopt.values.shapes.shapes import Plane, bounding_sphere
 from trajopt.values.trajectory import refined
 
 
@@ -611,6 +612,29 @@ def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
     return found
 
 
+NEAR = 0.02
+"""Largest default margin as a share of the reach: links of hands are less than a centimetre apart."""
+
+
+@cached_per_value
+def _reach(robot: ReducedRobot) -> float:
+    """Bound the distance of bodies from the first joint that moves them [m]; inf if none moves."""
+    model, limits = robot.model, robot.limits
+    ranges = dict(zip(limits.joint_names, limits.upper - limits.lower, strict=True))
+    far, reach = np.zeros(model.njoints), 0.0
+    for joint in range(1, model.njoints):
+        before = model.parents[joint]
+        if before:
+            far[joint] = far[before] + np.linalg.norm(model.jointPlacements[joint].translation)
+        if model.joints[joint].shortname().startswith("JointModelP"):
+            far[joint] += ranges.get(model.names[joint], 0.0)
+    for body in robot.bodies:
+        if body.joint and not isinstance(body.shape, Plane):
+            centre, radius = bounding_sphere(body.shape)
+            reach = max(reach, far[body.joint] + float(np.linalg.norm(body.placement * centre)) + radius)
+    return reach or inf
+
+
 def _rules(scene: Scene, robot: ReducedRobot) -> ContactRules:
     touched = {name: item.touch_links for name, item in scene.objects.items() if item.touch_links}
     carriers = {name: scene.holder(name).link for name in scene.objects} if scene.clearances.links else {}
@@ -618,7 +642,7 @@ def _rules(scene: Scene, robot: ReducedRobot) -> ContactRules:
     return ContactRules(
         allowed=scene.allowed,
         touch_links=touched,
-        margin=scene.margin,
+        margin=scene.margin if scene.margin > DEFAULT_MARGIN else min(scene.margin, NEAR * _reach(robot)),
         pair_margins=scene.pair_margins,
         kind_margins=scene.kind_margins,
         clearances=scene.clearances,

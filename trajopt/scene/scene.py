@@ -108,7 +108,8 @@ class Scene(Value):
 
     Attributes:
         allowed: Pairs that may touch; initially the robot's disabled pairs.
-        margin: Default margin of the optimiser [m].
+        margin: Default margin of the optimiser [m]. Groups that reach less than half a metre keep at most a
+            fiftieth of their reach, unless more than the default is requested.
         clearances: Required clearances: no motion is verified that violates them.
         allowances: Temporary intended contacts.
         tools: Tool frames of this scene, by name, as objects without a shape.
