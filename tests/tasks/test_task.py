@@ -101,6 +101,14 @@ def test_the_stages_fill_the_time_of_the_task(carried: TaskResult) -> None:
     assert "wait" in str(carried.explain())
 
 
+def test_an_object_stays_upright_before_and_in_the_hand(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
+    upright = to.axis_alignment("cup", tolerance=0.2)
+    place = Place(placement=to.placement((0.5, 0.25, 0.06)))
+    stages = PickObject("cup", grasps), PlaceObject("cup", place)
+    found = to.plan(task(cell, *stages, constraints=[upright]))
+    assert found.verified, found.explain()
+
+
 def test_stages_of_the_same_name_are_all_done(cell: to.Scene) -> None:
     spots = {"x": over(0.5, 0.2), "x (2)": over(0.5, -0.2)}
     stages = [MoveTo(spot, name=name) for name, spot in spots.items()]
