@@ -138,6 +138,7 @@ def test_a_run_is_shown_while_it_executes(problem: to.Problem) -> None:
         supervisor = driven(problem, opened.look, cycles=25)
         last = supervisor.executor.now() - 0.02
         until(lambda: opened.time == pytest.approx(last), "the last look was never shown")
+        until(lambda: opened.moment is not None, "the last look has no moment")
         assert opened.moment is not None and opened.moment.stop is not None
         assert opened.nearest is not None
         opened.show(0.1)

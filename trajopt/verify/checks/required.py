@@ -47,6 +47,8 @@ def passages(
 
     Requirements on a part of the motion must also hold at the moments of its ends.
     """
+    if not waypoints:
+        return
     earliest, times = 0.0, sampled_times(motion)
     for name, wanted in waypoints.items():
         bounding = [part.required for part in partial if name in (part.after, part.until)]
