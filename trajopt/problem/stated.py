@@ -254,8 +254,8 @@ def check_names(scene: Scene, item: Requirement) -> None:
         raise ProblemError(f"{moving}: only goals may refer to frames of dynamic obstacles")
     if isinstance(item, RELATIVE):
         first, second = item.frames
-        held = any(name != WORLD and scene.owner(name) in scene.objects for name in item.frames)
         # A task picks up what stands there now.
+        held = any(name != WORLD and scene.owner(name) in scene.objects for name in item.frames)
         if first == second or (not held and _joint(scene, first) == _joint(scene, second)):
             raise ProblemError(f"no motion changes it: {item} ({first} is fixed to {second})")
     if isinstance(item, LineOfSight):

@@ -152,22 +152,29 @@ class Task(Value):
         for way in in_sequence((*self.stages, Rest()), search, begin):
             if not isinstance(way, StageRefusal):
                 return way
-            if self._cannot_begin(search, way):
-                refusals[:] = [way]
+            if (cause := self._refused_start(search, way)) is not None:
+                refusals[:] = [cause]
                 return None
             refusals.append(way)
         return None
 
-    def _cannot_begin(self, search: TaskSearch, refusal: StageRefusal) -> bool:
-        """Return whether a motion was refused for its start, in which no other way of the task can begin."""
+    def _refused_start(self, search: TaskSearch, refusal: StageRefusal) -> StageRefusal | None:
+        """Return a refusal by the start of the task itself, from which no other way can begin either.
+
+        The motion that was refused may have begun with other positions of the fingers.
+        """
         if refusal.status not in STARTS or refusal.result is None:
-            return False
-        begun = refusal.result.problem.reduced.all_positions(refusal.result.problem.reduced.start_positions)
+            return None
+        begun = refusal.result.problem.reduced.start
         if not np.array_equal(search.arm(self.scene, begun), search.arm(self.scene, self._start)):
-            return False
+            return None
         goal = to_configuration(self.scene, self.group, self._start)
         rest = Problem(scene=self.scene, group=self.group, start=self._start, goal=goal)
-        return search.plan(rest).status is refusal.status
+        result = search.plan(rest)
+        if result.status is not refusal.status:
+            return None
+        words = result.reason.removeprefix(f"{result.status.name}: ")
+        return replace(refusal, result=result, reason=words)
 
     def _result(
         self,

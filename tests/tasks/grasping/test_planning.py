@@ -9,7 +9,7 @@ import pytest
 
 import trajopt as to
 from trajopt.optimise.kinematics import forward_kinematics
-from trajopt.planning import Status
+from trajopt.planning import Certainty, Status
 from trajopt.tasks.grasping import (
     Grasp,
     GraspingOptions,
@@ -251,7 +251,7 @@ def test_a_start_that_no_motion_leaves_is_the_reason(panda: to.Robot, gripper: G
         scene, "thing", start="ready", grasps=[replace(grasps[0], placement=sideways, name="low"), *grasps]
     )
     assert found.status is Status.START_IN_COLLISION and len(found.refusals) == 1
-    assert "post" in found.reason
+    assert "post" in found.reason and found.explain().certainty is Certainty.PROVEN
 
 
 def test_an_object_out_of_reach_is_refused_by_its_distance(panda: to.Robot, gripper: Gripper) -> None:
