@@ -133,6 +133,25 @@ def test_a_closed_curve_is_followed_once(gantry: ReducedModel) -> None:
     assert free[0].holds
 
 
+def test_hundreds_of_folds_and_turns_are_followed(gantry: ReducedModel) -> None:
+    """More of them than even times of the first estimate; one that is left out is seen."""
+    ends = np.array([(1e-3 * (number % 2), 0.0, 0.0) for number in range(1000)])
+    folds = polyline([at(*end) for end in ends])
+    folded = quintic(gantry, ends, 30.0)
+    assert all(check.holds for check in path_checks(gantry, folded, follows_curve("head", folds)))
+    fewer = quintic(gantry, ends[:-2], 30.0)
+    assert not path_checks(gantry, fewer, follows_curve("head", folds))[0].holds
+    times = np.linspace(0.0, 30.0, 12_001)
+    rate = 2.0 * np.pi * 400 / 30.0
+    positions = 0.01 * np.stack((np.cos(rate * times), np.sin(rate * times), 0.0 * times), axis=1)
+    rates = rate * np.stack((-positions[:, 1], positions[:, 0], 0.0 * times), axis=1)
+    turned = sampled_motion(gantry, positions, rates, times)
+    for turns, holds in ((400, True), (399, False)):
+        way = circle(to.placement(), radius=0.01, rotation=np.eye(3), sweep=2.0 * np.pi * turns)
+        checks = path_checks(gantry, turned, follows_curve("head", way))
+        assert all(check.holds for check in checks) == holds
+
+
 def test_too_few_points_on_a_circle_are_seen(gantry: ReducedModel) -> None:
     """A cubic through few points leaves the circle between them; only there can that be seen."""
     way = circle(to.placement((0.3, 0, 0), rpy=(0, 0, np.pi)), radius=0.3, rotation=np.eye(3))

@@ -1,6 +1,6 @@
 """Check that a frame follows a curve, forwards and completely."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import comb
@@ -16,6 +16,8 @@ from trajopt.verify.checks.quantities import Quantity, When, check_requirement, 
 from trajopt.verify.kernel.motion import JudgedMotion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
+"""Of Gauss and Legendre's quadrature from -1 to 1."""
 KINK = 0.05
 """Smallest jump of direction that counts as a kink [-], [rad/m]."""
 
@@ -47,11 +49,22 @@ class CurvePlaces:
 
     def __init__(self, curve: Curve) -> None:
         self._pieces = curve.pieces
-        self.edges = np.concatenate(((0.0,), np.cumsum([piece.length for piece in curve.pieces])))
+        self._points = _stacked([piece.points for piece in curve.pieces])
+        self._turns = _stacked([piece.turns for piece in curve.pieces])
+        arcs = [(piece.rotation, piece.cosine, piece.sine, piece.sweep) for piece in curve.pieces]
+        self._rotation, self._cosine, self._sine, self._sweep = map(np.array, zip(*arcs, strict=True))
+        self._length = np.array([piece.length for piece in curve.pieces])
+        self.edges = np.append(0.0, np.cumsum(self._length))
         self._rates = np.array([_rates(piece) for piece in curve.pieces])
         self._seconds = np.array([_seconds(piece) for piece in curve.pieces])
         jumps = [_jump(before, after) for before, after in pairwise(curve.pieces)]
         self._kinks = np.concatenate((np.zeros((1, 2)), np.cumsum(np.reshape(jumps, (-1, 2)), axis=0)))
+
+    @property
+    def bent(self) -> float:
+        """The number of pieces, and of half turns on circles and of orientations."""
+        swept = [abs(piece.sweep) + _largest(piece.turns, 1) for piece in self._pieces]
+        return len(self._pieces) + sum(swept) / np.pi
 
     @property
     def kinked(self) -> Floats:
@@ -64,19 +77,12 @@ class CurvePlaces:
 
     def at(self, s: Floats) -> tuple[Floats, Floats]:
         """Return rotations (c, 3, 3) and points (c, 3) [m] at arc lengths (c,) [m]."""
-        rotation, point = np.empty((len(s), 3, 3)), np.empty((len(s), 3))
         number = self._number(s)
-        for index in sorted(set(map(int, number))):
-            here, piece = number == index, self._pieces[index]
-            u = (s[here] - self.edges[index]) / piece.length
-            angle = piece.sweep * u
-            point[here] = (
-                _bernstein(len(piece.points) - 1, u) @ piece.points
-                + np.outer(np.cos(angle), piece.cosine)
-                + np.outer(np.sin(angle), piece.sine)
-            )
-            rotation[here] = piece.rotation @ _turns(_bernstein(len(piece.turns) - 1, u) @ piece.turns)
-        return rotation, point
+        u = (s - self.edges[number]) / self._length[number]
+        angle = (self._sweep[number] * u)[:, None]
+        point = _bezier(self._points[number], u)
+        point += np.cos(angle) * self._cosine[number] + np.sin(angle) * self._sine[number]
+        return self._rotation[number] @ _turns(_bezier(self._turns[number], u)), point
 
     def bends(self, begin: Floats, end: Floats) -> Bends:
         first = self._number(begin)
@@ -93,6 +99,22 @@ def _bernstein(degree: int, u: Floats) -> Floats:
     powers = np.arange(degree + 1)
     binomials = np.array([comb(degree, int(k)) for k in powers], dtype=np.float64)
     return binomials * u[:, None] ** powers * (1.0 - u[:, None]) ** (degree - powers)
+
+
+def _stacked(controls: Sequence[Floats]) -> Floats:
+    """Return Bezier polynomials of different degrees as ones of the largest degree, (p, d + 1, 3)."""
+    return np.stack([_elevated(control, max(map(len, controls))) for control in controls])
+
+
+def _elevated(control: Floats, count: int) -> Floats:
+    while len(control) < count:
+        share, zero = np.arange(len(control) + 1)[:, None] / len(control), np.zeros((1, 3))
+        control = share * np.vstack((zero, control)) + (1.0 - share) * np.vstack((control, zero))
+    return control
+
+
+def _bezier(control: Floats, u: Floats) -> Floats:
+    return np.einsum("cd,cdi->ci", _bernstein(control.shape[1] - 1, u), control)
 
 
 def _turns(w: Floats) -> Floats:
@@ -153,15 +175,14 @@ def _slopes(piece: Piece, u: float) -> tuple[Floats, Floats]:
     rate = (_bernstein(len(slopes) - 1, at_end) @ slopes)[0]
     x = (_bernstein(len(piece.turns) - 1, at_end) @ piece.turns)[0]
     # The mean of the rotations by parts of x takes x' to the angular velocity (Gauss-Legendre, exact enough).
-    nodes, weights = np.polynomial.legendre.leggauss(24)
-    mean = np.einsum("c,cij->ij", weights / 2.0, _turns((nodes[:, None] + 1.0) / 2.0 * x))
+    mean = np.einsum("c,cij->ij", WEIGHTS / 2.0, _turns((NODES[:, None] + 1.0) / 2.0 * x))
     return point / piece.length, piece.rotation @ mean @ rate / piece.length
 
 
-TIMES = 600
-"""Number of times of the first estimate."""
-PLACES = 600
-"""Number of curve points of the first estimate."""
+FEWEST, MOST = 600, 6000
+"""Number of times, and of curve points, of the first estimate."""
+EACH = 4
+"""Likewise for each piece of the curve, and for each half turn, after which it leads back."""
 NEARER = 8
 """Extra points on each side of a kink, each nearer to it than the last."""
 TOWARDS = 0.5
@@ -226,11 +247,15 @@ class Errors:
         columns = 3 if self.required.spin is not None else 9
         return np.concatenate((np.full(3, 1.0 / self.required.position_tolerance), np.full(columns, by_turn)))
 
+    @property
+    def count(self) -> int:
+        return int(np.clip(EACH * self.places.bent, FEWEST, MOST))
+
     def candidate_fractions(self, until: float) -> Floats:
-        edges, step = self.places.edges, until / (PLACES - 1)
+        edges, step = self.places.edges, until / (self.count - 1)
         nearer = step * TOWARDS ** np.arange(1, NEARER + 1)
         around = self.places.kinked[:, None] + np.concatenate((-nearer, nearer))
-        found = np.concatenate((np.linspace(0.0, until, PLACES), edges, around.ravel()))
+        found = np.concatenate((np.linspace(0.0, until, self.count), edges, around.ravel()))
         found = np.unique(found[(found >= 0.0) & (found <= until)])
         # Two that differ by rounding only would leave no room between neighbours.
         return found[np.append(True, np.diff(found) > SAME)]
@@ -245,24 +270,26 @@ def nearest_progress(errors: Errors, motion: JudgedMotion, until: float) -> tupl
     """Estimate the frame's progress along the curve: times and arc lengths, (c,) each.
 
     Any non-decreasing function is a witness, and `follow` bounds its errors. It minimises the sum of squared
-    errors on a grid (dynamic time warping), from the beginning of the curve to `until`.
+    errors on a grid (dynamic time warping), from the beginning of the curve to `until`. Among the times are
+    the rests of the motion, as even times miss the ends of short folds.
     """
-    times = np.linspace(0.0, motion.duration, TIMES)
+    at_rest = (motion.group[1].coefficients[-1] == 0.0).all(axis=1)
+    rests = motion.trajectory.times[:-1][at_rest]
+    times = np.unique(np.concatenate((np.linspace(0.0, motion.duration, errors.count), rests)))
     s = errors.candidate_fractions(until)
     weights = errors.weights
     frame, curve = errors.frame(times) * weights, errors.curve(s) * weights
-    square = (frame**2).sum(axis=1)[:, None] + (curve**2).sum(axis=1) - 2.0 * frame @ curve.T
-    cost = np.full(len(s), np.inf)
-    cost[0] = square[0, 0]
-    came_from = np.zeros((TIMES, len(s)), dtype=np.int64)
-    columns = np.arange(len(s))
-    for row in range(1, TIMES):
+    size = (curve**2).sum(axis=1)
+    cost = np.append(0.0, np.full(len(s) - 1, np.inf))
+    came_from = np.zeros((len(times), len(s)), dtype=np.int32)
+    columns = np.arange(len(s), dtype=np.int32)
+    for row in range(1, len(times)):
         least = np.minimum.accumulate(cost)
         came_from[row] = np.maximum.accumulate(np.where(cost == least, columns, 0))
-        cost = least + square[row]
-    column = np.empty(TIMES, dtype=np.int64)
+        cost = least + (size - 2.0 * curve @ frame[row])
+    column = np.empty(len(times), dtype=np.int64)
     column[-1] = len(s) - 1
-    for row in range(TIMES - 1, 0, -1):
+    for row in range(len(times) - 1, 0, -1):
         column[row - 1] = came_from[row, column[row]]
     low, high = s[np.maximum(column - 1, 0)], s[np.minimum(column + 1, len(s) - 1)]
     found = refined(errors, times, s[column], low, high)
