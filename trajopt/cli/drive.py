@@ -192,7 +192,6 @@ def _surprises(problem: Problem, words: str, tolerance: float) -> Surprises:
 
 
 def end_run(driven: RunReport | TaskReport, out: Path | None, *, as_json: bool) -> NoReturn:
-    """Write and print the measurements of a run, and end the command."""
     document = driven.as_dict()
     if out is not None:
         write_json(out, {**document, "measured": driven.measured.as_dict()})

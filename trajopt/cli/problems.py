@@ -59,7 +59,6 @@ def saved_in(path: Path) -> Saved:
 
 
 def motions_in(path: Path) -> "TaskResult | PickPlaceResult | None":
-    """Return the result of several motions, if the file is one."""
     from trajopt.tasks.grasping.result import PickPlaceResult  # slow to import
     from trajopt.tasks.result import TaskResult
 
@@ -90,14 +89,12 @@ def motion_in(path: Path) -> Trajectory:
 def model_and_motion(
     motion: Path, source: RobotSource | None, scene: Path | None, request: Path | None, motions: Path | None
 ) -> tuple[ReducedModel, Trajectory]:
-    """Return robot and motion of a file; arguments as in `problem_of`."""
     trajectory = motion_in(motion)
     reduced = problem_of(motion, source, scene, request, motions).reduced
     return reduced, trajectory.ordered(reduced.joint_names)
 
 
 def nothing_beside(path: Path, source: RobotSource | None, *files: Path | None) -> None:
-    """Check that nothing is given beside a file that contains the whole problem."""
     if source is not None or any(file is not None for file in files):
         raise FileFormatError(
             str(path), "contains the whole problem: leave out --robot, --scene, --request and --motions"

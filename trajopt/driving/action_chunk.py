@@ -44,7 +44,6 @@ class ActionChunk(Value):
         return ActionChunk(self.targets[:count], self.times[:count]) if count else None
 
     def slowed(self, begin: float, rate: float) -> "ActionChunk":
-        """Divide all intervals from a time on by a rate below 1."""
         return ActionChunk(self.targets, begin + (self.times - begin) / rate)
 
     def target(self, time: float) -> tuple[Floats, Floats]:

@@ -138,7 +138,6 @@ class RunReport(Driven):
         return self.reached and not self.contacts_at_fault
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data."""
         return {
             "reached": self.reached,
             "clearance_measured": _finite(self.clearance_measured),
@@ -175,7 +174,6 @@ class TaskReport(Driven):
         return self.completed and not self.contacts_at_fault
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data."""
         return {
             "completed": self.completed,
             "objects": {
@@ -358,7 +356,6 @@ class _Cell:
                 self.arm.change(self._world, begin=0.0)
 
     def _collect(self) -> None:
-        """Add the contacts in the present world, which a change of the world discards."""
         found = (self.arm.contacts, self.arm.contacts_at_fault)
         own, fault = (tuple(each for each in seen if each.allowance is None) for seen in found)
         self._contacts, self._at_fault = (*self._contacts, *own), (*self._at_fault, *fault)

@@ -64,7 +64,6 @@ class Supervisor(CommitLoop):
 
     @property
     def intended(self) -> IntendedMotion | None:
-        """The motion to the goal, or None."""
         return self._active.intended
 
     @property

@@ -225,7 +225,6 @@ class Plan:
 
     @property
     def final_state(self) -> Mapping[str, float]:
-        """Joint -> position of all joints at the end [rad | m]."""
         reduced = self.problem.reduced
         at = self.trajectory.positions[-1][
             [self.trajectory.joint_names.index(j) for j in reduced.joint_names]
@@ -264,7 +263,6 @@ class Plan:
         return "\n".join([*lines, f"  judged       {self.certificate.verdict}"])
 
     def require(self) -> Plan:
-        """Return this plan: functions that take a result take a plan too."""
         return self
 
     def write(self, path: FilePath | str) -> None:

@@ -126,7 +126,6 @@ class MotionInTime(Motion):
     times: Floats
 
     def where(self, mask: Bools) -> "MotionInTime":
-        """Return the motion with a subset of its samples."""
         part = super().where(mask)
         fields = (part.knots, part.support, part.weight, part.place, part.positions, part.query)
         return MotionInTime(*fields, self.times[mask])

@@ -159,7 +159,6 @@ class Problem(Value):
 
     @property
     def reduced(self) -> ReducedModel:
-        """The robot with only the group's joints free."""
         return self._reduced
 
     @cached_property

@@ -171,7 +171,6 @@ class FollowJointTrajectoryExecutor:
         return self._failure or self._client.failure or old
 
     def clear_fault(self) -> None:
-        """Continue from the measured positions, at rest."""
         with self._lock:
             self._failure, self._goal = "", ""
             if fault := self.fault():

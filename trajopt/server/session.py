@@ -189,7 +189,6 @@ class Keeper:
             raise FileFormatError(str(file), "another server keeps its sessions in it") from error
 
     def release(self) -> None:
-        """Let other servers use the file."""
         if self._claim is not None:
             self._claim.close()
 

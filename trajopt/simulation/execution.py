@@ -236,7 +236,6 @@ def _played(
     followed: Reference,
     options: SimulationOptions,
 ) -> Rollout:
-    """Place the robot on a trajectory at each time, without dynamics."""
     log = ContactLog(reduced.scene.allowances, trajectory.duration)
     plant.reset(followed.positions[0], followed.velocities[0])
     for t, positions, velocities in zip(

@@ -200,7 +200,6 @@ class TaskResult(MotionSequence[TaskSegment]):
 
     @checked
     def simulated(self, options: SimulationOptions | None = None) -> "TaskRollout":
-        """Execute the task as `simulate_task` does; `trajopt.simulate(result)` calls this."""
         from trajopt.tasks.grasping.simulation import simulate_task
 
         return simulate_task(self, options=options)

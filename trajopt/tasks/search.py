@@ -215,7 +215,6 @@ def held_after(stages: Iterable[TaskStage], scene: Scene, group: str, held: froz
 
 
 def check_frames(scene: Scene, required: Iterable[object]) -> None:
-    """Refuse requirements on frames and objects that the scene does not have."""
     for item in required:
         for name in item.frames if isinstance(item, Requirement) else ():
             scene.holder(name)

@@ -374,7 +374,6 @@ class MotionSequence(SavedResult, Generic[Part]):
         return segments
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain JSON data: cycle times, motions, and rejected ways."""
         return {
             "name": self.name,
             "status": self.status.name,

@@ -242,7 +242,6 @@ def _named(stages: Sequence[TaskStage], taken: set[str]) -> list[TaskStage]:
 
 
 def _check_steps(names: set[str]) -> None:
-    """Refuse a name that could be the name of a step of another stage."""
     for name in sorted(names):
         for owner in accumulate(name.split(": ")[:-1], "{}: {}".format):
             if owner in names:

@@ -64,7 +64,6 @@ class SceneView:
         return self.nearest
 
     def look(self, motion: "SampledMotion", *, paths: bool = True, aspect: float = ASPECT) -> None:
-        """Choose the least obstructed view of a motion, and make remaining obstacles translucent."""
         from trajopt.simulation.picture_model import tool_paths  # MuJoCo takes a second to import
         from trajopt.simulation.viewpoint import look_at
 

@@ -75,7 +75,6 @@ class Served(ABC):
 
     @checked
     def wait(self, seconds: float | None = None) -> None:
-        """Block until Ctrl-C, until `close` is called, or until the seconds are over."""
         try:
             self._closed.wait(seconds)
         except KeyboardInterrupt:

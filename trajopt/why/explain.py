@@ -228,7 +228,6 @@ def _is_of(block: Obstruction, residual: Residual) -> bool:
 
 
 def _contacts(known: Explanation) -> Iterator[ProblemChange]:
-    """Yield smaller margins and clearances of violated pairs, and objects moved out of contact."""
     problem, reduced = known.problem, known.problem.reduced
     pairs = [block for block in known.blocks if block.kind is ObstructionKind.CONTACT][:PAIRS]
     for block in pairs:

@@ -262,7 +262,6 @@ def _searched_goal(result: Result) -> Explanation:
 
 
 def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tuple[Obstruction, ...]:
-    """Return the joint limits that bind in the configuration nearest to an unreachable goal."""
     if status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
         return ()
     limits, blocks = reduced.limits, list[Obstruction]()

@@ -289,7 +289,6 @@ def conflict_at_goal(problem: Problem, blocks: Sequence[Obstruction]) -> tuple[s
 
 
 def _can_be_held(problem: Problem, kept: Sequence[Requirement | _Obstacle]) -> bool:
-    """Return whether a configuration was found that meets requirements, clear of some obstacles only."""
     obstacles = {item.name for item in kept if isinstance(item, _Obstacle)}
     scene = problem.scene
     for name in scene.objects:

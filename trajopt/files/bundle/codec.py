@@ -116,12 +116,10 @@ class BundleReader(Reader):
         self._array_of, self._made = cache(array_of), made  # each array is read once
 
     def value(self, node: Node) -> Any:
-        """Return the value that a document states."""
         found: object = super().value(node)
         return found if self._made is None or not node.has("kind") else self._made(found, node)
 
     def array(self, node: Node) -> NDArray[np.generic]:
-        """Return an array, of the document or of a member."""
         if isinstance(node["array"].value, str):
             return self._array_of(node.only(("array", "type"))["array"].text())
         return super().array(node)

@@ -266,8 +266,6 @@ DIMENSIONS = {
 
 
 def read_parts(node: Node, notes: list[str]) -> tuple[Part, ...]:
-    """Return the shapes of a collision object, each with its placement in the object's frame."""
-
     def plane(element: Node) -> Part:
         notes.append(f"{element.place}: the space below the plane is solid")
         return read_plane(element)

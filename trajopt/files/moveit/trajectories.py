@@ -62,7 +62,6 @@ def read_points(node: Node) -> Trajectory:
 
 
 def read_times(node: Node) -> Floats:
-    """Return the times of a list of points, shape (k,) [s]."""
     points = node.elements()
     if len(points) < 2:
         raise node.error(f"a trajectory has two points at least, not {len(points)}")

@@ -226,7 +226,6 @@ def _weaker_pairs(stated: Any, due: Mapping[str, Any], pairs: Pairs) -> bool:
 
 
 def _weaker_requirements(stated: Any, problem: Problem, motion: JudgedMotion) -> bool:
-    """Return whether a requirement is neither stated nor among those that are only judged."""
     torque = stated_torque(motion, problem.limits)
     records = (*asked(problem, motion).records, *(() if torque is None else (torque,)))
     return any(

@@ -185,7 +185,6 @@ def stated_motion(motion: JudgedMotion) -> Document:
 
 
 def printable(text: str) -> str:
-    """Return a text as a proof can hold it."""
     return "".join(sign if sign.isprintable() else " " for sign in text)[:1000]
 
 

@@ -110,7 +110,6 @@ def _named(item: Check) -> str:
 
 
 def cells(item: Check) -> tuple[str, ...]:
-    """Return where a constraint is tightest, worst value, bound, unit, time and evidence."""
     return (
         item.subject,
         number(item.value),

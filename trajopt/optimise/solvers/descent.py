@@ -194,7 +194,6 @@ class StepwiseDescent(Descent):
         return self.at
 
     def descend(self) -> SolverStatus:
-        """Take steps until none is predicted to reduce the merit enough."""
         nlp, limits, moves = self.nlp, self.limits, self.nlp.lower < self.nlp.upper
         program = self.steps.program(moves, self.at, self.penalty)
         while self.left > 0:

@@ -253,7 +253,6 @@ class NativeDescent(Descent):
         return self.program.linearised(self.point)
 
     def descend(self) -> SolverStatus:
-        """Take steps until none is predicted to reduce the merit enough."""
         core, region = self.program.core, self.region
         rule = (region.smallest, region.largest, region.accept, region.good, region.grow, region.shrink)
         options = descent.Options(

@@ -192,7 +192,6 @@ class FreeBreaksNlp(MotionNlp):
         )
 
     def _states(self, x: Floats, piece: Ints, share: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return positions, velocities and accelerations."""
         position, speed, bend = (self._local(x, piece, share, order=order).value for order in range(DEGREE))
         return position, speed, bend
 
@@ -201,7 +200,6 @@ class FreeBreaksNlp(MotionNlp):
 
     @property
     def _breaks(self) -> tuple[Ints, Floats]:
-        """Piece and share of each break."""
         last = len(self.places) - 2
         piece = np.minimum(np.arange(last + 2), last)
         return piece, np.where(np.arange(last + 2) > last, 1.0, 0.0)
@@ -284,7 +282,6 @@ def _weights(near: NDArray[Number], share: Floats, order: int) -> NDArray[Number
 
 
 def _duration(x: Floats, pieces: int) -> CostRows:
-    """Return the durations, in units of the reference."""
     inner = np.arange(1, 1 + pieces)
     value = np.exp(x[inner, -1])
     jacobian = np.zeros((pieces, 1, x.shape[1]))
@@ -306,5 +303,4 @@ def _scaled(block: ConstraintRows, unit: float) -> ConstraintRows:
 
 
 def _beside(rows: Rows, x: Floats) -> Rows:
-    """Return rows with a column of durations."""
     return rows if rows.jacobian.shape[2] == x.shape[1] else widened(rows)

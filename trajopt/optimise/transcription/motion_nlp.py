@@ -38,7 +38,6 @@ class MotionNlp(ABC):
         """Sample the curve."""
 
     def restart(self) -> None:
-        """Make later linearisations independent of earlier ones, whose contacts the query keeps."""
         if isinstance(self.query, Query):
             self.query.forget()
 

@@ -52,12 +52,10 @@ class FollowsCurve(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Metres, and radians if the orientation is followed."""
         return ("m", "rad") if np.isfinite(self.rotation_tolerance) else ("m",)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The distance from the curve."""
         return (
             self.relaxed("position_tolerance", f"distance of {self.frame} from its curve", 1.0, MILLIMETRES),
         )

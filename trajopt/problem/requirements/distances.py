@@ -33,17 +33,14 @@ class DistanceBetween(Requirement):
 
     @property
     def frames(self) -> tuple[str, ...]:
-        """Both frames."""
         return (self.first, self.second)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Metres."""
         return ("m",)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The finite bounds."""
         what, found = f"distance of {self.first} from {self.second}", list[Relaxation]()
         if self.lower > 0.0:
             found.append(self.relaxed("lower", f"smallest {what}", self.lower, MILLIMETRES, shrinks=True))
@@ -130,12 +127,10 @@ class LineOfSight(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Metres."""
         return ("m",)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The margin."""
         return (
             self.relaxed(
                 "margin",

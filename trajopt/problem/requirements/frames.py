@@ -58,7 +58,6 @@ class FramePlacement(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Metres, radians, or both, depending on the finite tolerances."""
         return tuple(
             unit
             for unit, tolerance in (("m", self.position_tolerance), ("rad", self.rotation_tolerance))
@@ -67,7 +66,6 @@ class FramePlacement(Requirement):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The finite tolerances of position and rotation."""
         position, rotation = self.position_tolerance, self.rotation_tolerance
         found: list[Relaxation] = []
         if np.isfinite(position).any():
@@ -208,12 +206,10 @@ class AxisAlignment(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Radians."""
         return ("rad",)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The angle of the cone."""
         return (self.relaxed("tolerance", f"tilt of {self.frame}", np.pi - self.tolerance - 1e-3, DEGREES),)
 
     def __str__(self) -> str:
@@ -274,12 +270,10 @@ class Gaze(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Radians, and metres if the distance is bounded."""
         return ("rad", "m") if self.nearest > 0.0 or np.isfinite(self.farthest) else ("rad",)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The angle of the cone."""
         return (self.relaxed("angle", f"view angle of {self.frame}", np.pi - self.angle - 1e-3, DEGREES),)
 
     def __str__(self) -> str:

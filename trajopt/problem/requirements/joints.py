@@ -35,12 +35,10 @@ class JointPositions(Requirement):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Joints with a required position."""
         return tuple(self.positions)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """All tolerances, by the same amount."""
         what = f"tolerance of {', '.join(self.positions)}"
         now = min((*self.below.values(), *self.above.values()))
         return (Relaxation(what=what, now=now, largest=2.0 * np.pi, unit=RADIANS, apply=self._widened),)
@@ -156,12 +154,10 @@ class CoupledJoints(Requirement):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Joints of the sum."""
         return tuple(self.weights)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The tolerance."""
         return (
             self.relaxed("tolerance", f"tolerance of {' and '.join(self.weights)}", 2.0 * np.pi, RADIANS),
         )
@@ -214,7 +210,6 @@ class GravityTorque(Requirement):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The share."""
         return (
             self.relaxed(
                 "share", "share of the effort limits that gravity may take", 1.0 - self.share, PERCENT
@@ -262,7 +257,6 @@ class SingularityDistance(Requirement):
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The bound."""
         return (
             self.relaxed(
                 "smallest",

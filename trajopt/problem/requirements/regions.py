@@ -38,12 +38,10 @@ class PositionInRegion(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Metres."""
         return ("m",)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """All shapes, enlarged on every side."""
         what = f"region of {self.frame} grown on every side"
         return (Relaxation(what=what, now=0.0, largest=1.0, unit=MILLIMETRES, apply=self._grown),)
 
@@ -213,12 +211,10 @@ class PointOnArc(Requirement):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Metres."""
         return ("m",)
 
     @property
     def relaxations(self) -> tuple[Relaxation, ...]:
-        """The distance from the arc."""
         return (
             self.relaxed(
                 "tolerance",

@@ -24,13 +24,11 @@ class Node:
 
 
 def ok(*_: object) -> bool:
-    """Return whether `shutdown` has not been called."""
     world = current_world()
     return world is None or not world.node.shut_down
 
 
 def shutdown(*_: object, **__: object) -> None:
-    """Make `ok` return False from now on."""
     world = current_world()
     if world is not None:
         world.node.end()

@@ -338,6 +338,5 @@ class InProcess:
 
 
 def mishaps_of(executor: SimulatedExecutor) -> list[str]:
-    """Return the simulated robot's disallowed contacts and saturated motors, in words."""
     contacts = [str(contact) for contact in executor.contacts if contact.allowance is None]
     return [*contacts, *(f"the motor of {joint} was at its limit" for joint in executor.saturated)]

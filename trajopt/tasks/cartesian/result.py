@@ -180,7 +180,6 @@ class Followed(SavedResult):
         return OutcomeSummary(status=self.status, reason=self.reason, certainty=certainty, grounds=grounds)
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data for JSON; `trajopt.files.moveit.read_trajectory` reads the motion back."""
         trajectory, stop = self.trajectory, self.stop
         motion: dict[str, object] = {"joint_names": list(self.problem.reduced.joint_names), "points": []}
         if trajectory is not None:

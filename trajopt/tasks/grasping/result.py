@@ -117,18 +117,15 @@ class PickPlaceResult(MotionSequence[Segment]):
         return next((item for item in self.segments if item.stage is stage), None)
 
     def simulated(self, options: SimulationOptions | None = None) -> "PickPlaceRollout":
-        """Execute the sequence as `simulate_handling` does; `trajopt.simulate(result)` calls this."""
         from trajopt.tasks.grasping.simulation import simulate_handling
 
         return simulate_handling(self, options=options)
 
     @property
     def reason(self) -> str:
-        """The outcome in a sentence."""
         how = f", by grasp {shown(self.grasp.name)}" if self.grasp else ""
         return super().reason + how + (f", put at {shown(self.place.name)}" if self.place else "")
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain JSON data: as for a task, with the chosen grasp and place."""
         chosen = {"grasp": self.grasp, "place": self.place}
         return super().as_dict() | {key: None if item is None else item.name for key, item in chosen.items()}

@@ -44,7 +44,6 @@ class Series:
 
     @property
     def rate(self) -> Series:
-        """The derivative, with one term less."""
         return Series(tuple(term * exactly(float(order)) for order, term in enumerate(self.terms) if order))
 
 

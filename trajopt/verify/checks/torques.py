@@ -181,7 +181,6 @@ class TorqueCriterion(Criterion):
         return bool(largest <= 1.0 + motion.options.excess)
 
     def measure(self) -> Iterator[Check]:
-        """Return the joint nearest to its limit, or every joint that violates its limit."""
         motion, limits = self.motion, self.limits
         if not _judged(motion, limits):
             return

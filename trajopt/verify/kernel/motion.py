@@ -252,7 +252,6 @@ class TimedMotion(JudgedMotion):
         return False
 
     def between(self, begin: float, end: float) -> "TimedMotion":
-        """Return the part between two times [s], with its own time starting at 0."""
         return TimedMotion(
             self.timed,
             self.trajectory.between(begin, end),
@@ -266,7 +265,6 @@ class TimedMotion(JudgedMotion):
         return self.timed.positions(self.trajectory(times), times + self.clock)
 
     def poses(self, times: Floats) -> Poses:
-        """Compute placements of all joint frames at times (c,)."""
         return replace(self.kinematics.poses(self.positions(times)), times=times + self.clock)
 
 

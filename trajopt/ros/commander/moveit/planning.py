@@ -119,7 +119,6 @@ class PlanningComponent(InPart):
         return True
 
     def set_start_state(self, configuration_name: str | None = None, robot_state: Any = None) -> bool:
-        """Plan from either a named state or a RobotState."""
         _one_of(configuration_name=configuration_name, robot_state=robot_state)
         start = self._moveit.current_state() if robot_state is None else of_robot(robot_state).__copy__()
         if configuration_name is not None:

@@ -35,7 +35,6 @@ from trajopt.values.errors import FileFormatError, FrameNotFound, GroupNotFound
 
 
 def _placed(request: msg.GetPositionFKRequest, state: SessionState, _: Watch) -> msg.GetPositionFKResponse:
-    """Return the poses of links in a state, in the frame of the request's header."""
     stated, names = stated_in(request.robot_state, state, "robot_state"), request.fk_link_names
     scene, reading = stated.scene, stated.reading
     if not names:
@@ -59,7 +58,6 @@ compute_fk = service(msg.GetPositionFKRequest, msg.GetPositionFKResponse, _place
 
 
 def _searched(message: msg.GetPositionIKRequest, state: SessionState, _: Watch) -> msg.GetPositionIKResponse:
-    """Return the state nearest to a given one with links at given poses."""
     request = message.ik_request
     robot, stated = state.scene.robot, stated_in(request.robot_state, state, "robot_state")
     near, reading = stated.positions, stated.reading

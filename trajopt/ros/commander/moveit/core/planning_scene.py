@@ -33,7 +33,6 @@ class PlanningScene(InPart):
 
     @property
     def scene(self) -> Scene:
-        """Trajopt's scene."""
         return self._world.scene
 
     @property

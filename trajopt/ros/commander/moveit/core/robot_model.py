@@ -39,7 +39,6 @@ class JointModelGroup(InPart):
 
     @property
     def joint_model_names(self) -> list[str]:
-        """All joints, including fixed and mimic joints."""
         return joint_names(self._robot, self._group)
 
     @property

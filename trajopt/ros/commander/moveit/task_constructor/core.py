@@ -354,7 +354,6 @@ class Task(SerialContainer):
         """Do nothing."""
 
     def reset(self) -> None:
-        """Forget all solutions."""
         self._solutions: list[Solution] = []
         self._failures: list[Solution] = []
 
