@@ -511,6 +511,27 @@ def test_fingers_do_not_close_into_what_they_hold(cell: to.Scene, grasps: tuple[
         assert to.plan(task(cell, *stages)).verified
 
 
+def test_an_arm_does_not_leave_behind_what_its_fingers_let_go_of(
+    cell: to.Scene, grasps: tuple[Grasp, ...]
+) -> None:
+    """Opening while holding is a release: it may be followed by a detachment or by closing again."""
+    opened = PickObject("cup", grasps), SetGripper(0.07)
+    for stages in (
+        (MoveTo("extended"),),
+        (Dwell(0.1), Fallback([MoveTo("extended")])),
+        (PlaceObject("cup", Place(placement=to.placement((0.5, 0.25, 0.06)))),),
+    ):
+        found = to.plan(task(cell, *opened, *stages))
+        assert found.status is Status.GRIPPER_CANNOT
+        assert "the fingers have let go of 'cup': detach it or close them on it" in found.reason
+    for stages in (
+        (DetachObject("cup"), MoveTo("extended")),
+        (SetGripper(0.06, name="again"), MoveTo("extended")),
+        (DetachObject("cup"), AttachObject("cup", "panda_hand_tcp"), MoveTo("extended")),
+    ):
+        assert to.plan(task(cell, *opened, *stages)).verified, stages
+
+
 def test_a_place_beyond_the_arm_is_refused_by_its_length(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
     """Every grasp and posture was searched for it, for ten seconds."""
     far = Place(placement=to.placement((500.0, 250.0, 60.0)))

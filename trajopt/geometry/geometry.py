@@ -1,6 +1,6 @@
 """Shapes as Coal's collision geometries, and their bounding boxes and spheres."""
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, fields
 from itertools import product
 
@@ -166,6 +166,22 @@ def _convex_gap(shape: shapes.Shape, first: Placement, other: shapes.Shape, seco
 
 def _transform(placement: Placement) -> coal.Transform3s:
     return coal.Transform3s(np.array(placement.rotation), np.array(placement.translation))
+
+
+def distance_from(scene: Scene, name: str, links: Container[str], at: Floats) -> float:
+    """Return the distance of an object from the bodies of links, negative if they overlap [m].
+
+    Args:
+        at: Positions of all joints, shape (number of joints,) [rad | m].
+    """
+    place, parts = scene.placement_of(name, at), scene.object(name).parts
+    bodies = [
+        (scene.placement_of(body.frame, at) * body.placement, body.shape)
+        for body in scene.robot.bodies
+        if body.owner in links
+    ]
+    gaps = (gap(place * where, shape, *body) for shape, where in parts for body in bodies)
+    return min(gaps, default=np.inf)
 
 
 def supports(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from trajopt.geometry import WorkCounts, evaluator
+from trajopt.geometry.geometry import TOUCHING, distance_from
 from trajopt.optimise.kinematics.inverse import goal_candidates
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.planning.budget import BudgetTracker, Stopped
@@ -33,6 +34,8 @@ ATTEMPTS = 16
 """Default number of seeds for each motion."""
 DEAD_ENDS = 4
 """Number of times that all ways of a stage may lead to nothing before the search ends."""
+RELEASED = 1e-3
+"""Distance from an object at which fingers that moved away no longer hold it [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +95,7 @@ class TaskState:
         steps: Steps after the planned motions. Legs without a rest between them become one motion.
         handled: Object -> how it was picked and placed each time.
         lifting: Contacts with supports that the next motion may begin with.
+        loose: Attached objects that fingers have let go of.
         choices: Stage with alternatives, or in any order -> the places of its items in the order of the plan,
             each with words: whether it was chosen, and its cost.
     """
@@ -103,6 +107,7 @@ class TaskState:
     steps: tuple[Step, ...] = ()
     handled: Mapping[str, tuple[Handling, ...]] = field(default_factory=dict[str, tuple[Handling, ...]])
     lifting: tuple[ContactAllowance, ...] = ()
+    loose: frozenset[str] = frozenset()
     choices: Mapping[str, Choices] = field(default_factory=dict[str, Choices])
 
     @property
@@ -270,6 +275,8 @@ def in_sequence(stages: Sequence[TaskStage], search: "TaskSearch", state: TaskSt
                 return
             continue
         if not isinstance(way, StageRefusal):
+            way = search.holding(level.begin, way, stages[depth].name)
+        if not isinstance(way, StageRefusal):
             way = search.continued(level.begin, way)
             if isinstance(way, StageRefusal):
                 trail.pop()
@@ -283,6 +290,26 @@ def in_sequence(stages: Sequence[TaskStage], search: "TaskSearch", state: TaskSt
 def held_objects(scene: Scene) -> frozenset[str]:
     """Return the objects attached to links."""
     return frozenset(name for name in scene.objects if scene.holder(name).link != WORLD)
+
+
+def _placed(name: str, state: TaskState) -> Floats:
+    return state.scene.placement_of(name, state.positions).homogeneous
+
+
+def _let_go(name: str, before: TaskState, after: TaskState, loose: frozenset[str]) -> frozenset[str]:
+    """Return the loose objects with or without one, if fingers that may touch it have moved."""
+    scene = after.scene
+    held = [(state.positions, scene.placement_of(name, state.positions)) for state in (before, after)]
+    for link in sorted(scene.object(name).touch_links & {*scene.robot.links}):
+        first, last = (place.inverse() * scene.placement_of(link, at) for at, place in held)
+        if np.allclose(first.homogeneous, last.homogeneous):
+            continue
+        was, now = (distance_from(scene, name, (link,), at) for at, _ in held)
+        if was < TOUCHING and now > max(was, RELEASED):
+            return loose | {name}
+        if now <= RELEASED:
+            loose -= {name}
+    return loose
 
 
 def later(scene: Scene, time: float) -> Scene:
@@ -354,6 +381,18 @@ class TaskSearch:
             return begun
         steps = (*begun.steps, *way.steps[len(before.steps) :])
         return replace(way, segments=begun.segments, rested=begun.rested, steps=steps)
+
+    def holding(self, before: TaskState, way: TaskState, stage: str) -> Way:
+        """Return a way with the objects that fingers let go of; refused if it carries one of them."""
+        for name in sorted(before.loose & way.loose):
+            if not np.allclose(*(_placed(name, state) for state in (before, way)), atol=RELEASED):
+                words = f"the fingers have let go of {shown(name)}: detach it or close them on it"
+                return StageRefusal(stage, Status.GRIPPER_CANNOT, f"{words} before the arm moves")
+        held, loose = held_objects(way.scene), way.loose
+        for name in held:
+            if way.scene.objects[name] is before.scene.objects.get(name):
+                loose = _let_go(name, before, way, loose)
+        return replace(way, loose=loose & held)
 
     def _with_steps(self, state: TaskState) -> Way:
         done, legs = replace(state, steps=()), tuple[Leg, ...]()

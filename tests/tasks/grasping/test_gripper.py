@@ -157,6 +157,19 @@ def test_three_fingers_are_not_a_parallel_gripper(tmp_path: Path) -> None:
         gripper_of(jaw(tmp_path, fingers=3))
 
 
+def test_a_finger_that_its_follower_stops_is_named(tmp_path: Path) -> None:
+    """A PR2 of a public package: its gripper was refused for fingers that do not open."""
+    jaw(tmp_path)
+    urdf, srdf = tmp_path / "jaw.urdf", tmp_path / "jaw.srdf"
+    limit = LIMIT.format(0.0, 0.05, 40.0)
+    follows = f'<axis xyz="0 -1 0"/>{limit}<mimic joint="slide0" multiplier="-1"/>'
+    urdf.write_text(urdf.read_text().replace(f'<axis xyz="0 -1 0"/>{limit}', follows))
+    robot = to.Robot.from_urdf(urdf, srdf=srdf)
+    named = r"joint slide0 cannot move: its range is empty \(the limit of slide1, which follows slide0\)"
+    with pytest.raises(GripperError, match=named):
+        gripper_of(robot)
+
+
 def test_openings_out_of_range_are_refused(gripper: Gripper) -> None:
     with pytest.raises(ShapeError, match=r"0\.2 m is not between"):
         gripper.joints_at(0.2)

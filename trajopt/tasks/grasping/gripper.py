@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from trajopt.geometry import evaluator
+from trajopt.robot.joints import LimitKind
 from trajopt.robot.loading.srdf import EndEffector
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
@@ -205,7 +206,11 @@ def gripper_of(
     if not (np.isfinite(limits.lower).all() and np.isfinite(limits.upper).all()):
         raise GripperError(robot.name, f"the joints of group {shown(effector.group)} turn without end")
     if not np.isfinite(limits.effort).any():
-        raise GripperError(robot.name, f"the joints of group {shown(effector.group)} state no effort limit")
+        raise GripperError(robot.name, f"the joints of group {shown(effector.group)} have no effort limit")
+    for joint, low, high in zip(limits.joint_names, limits.lower, limits.upper, strict=True):
+        if low >= high:
+            why = limits.because(joint, LimitKind.LOWER, LimitKind.UPPER)
+            raise GripperError(robot.name, f"joint {joint} cannot move: its range is empty{why}")
     frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
     at, base = (scene.placement_of(name, standing) for name in (frame, effector.parent_link))
     ahead = at.translation - base.translation

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from trajopt.geometry.geometry import gap, supports
+from trajopt.geometry.geometry import distance_from, gap, supports
 from trajopt.planning.status import Status
 from trajopt.problem.problem import PathConstraint
 from trajopt.problem.requirements import Requirement, frame_placement
@@ -57,7 +57,7 @@ class SetGripper(Value):
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         gripper = hand_of(state.scene, self.gripper, search.group)
         moved, held = fingers(state, gripper, self.opening, self.name), between_fingers(state.scene, gripper)
-        if held and (depth := _depth(state.scene, gripper, held, moved.positions)) > PRESSED:
+        if held and (depth := -distance_from(state.scene, held, gripper.fingers, moved.positions)) > PRESSED:
             words = f"the fingers would be {in_length(depth)} inside {shown(held)}, which they hold"
             yield StageRefusal(self.name, Status.GRIPPER_CANNOT, words)
             return
@@ -336,17 +336,6 @@ def between_fingers(scene: Scene, gripper: Gripper) -> str:
     """Return an attached object that all fingers of a gripper may touch, "" for none."""
     held = sorted(held_objects(scene))
     return next((name for name in held if scene.object(name).touch_links >= {*gripper.fingers}), "")
-
-
-def _depth(scene: Scene, gripper: Gripper, name: str, at: Floats) -> float:
-    """Return the depth of the fingers in an object, negative for a distance [m]."""
-    place, parts = scene.placement_of(name, at), scene.object(name).parts
-    bodies = [
-        (scene.placement_of(body.frame, at) * body.placement, body.shape)
-        for body in scene.robot.bodies
-        if body.owner in gripper.fingers
-    ]
-    return -min(gap(place * where, shape, *body) for shape, where in parts for body in bodies)
 
 
 def lifting_scene(held: Scene, name: str, supports: Sequence[str], seconds: float) -> Scene:
