@@ -553,6 +553,27 @@ def test_a_place_inside_something_is_refused_without_the_arm(
     assert {each.reason for each in refused} == {words}
 
 
+def test_fingers_that_meet_something_are_refused_without_the_arm(
+    cell: to.Scene, grasps: tuple[Grasp, ...]
+) -> None:
+    """Every posture of every grasp was planned up to the object: seconds for a mobile robot."""
+    posts = cell
+    for side in (-1, 1):
+        post = to.Box(0.2, 0.002, 0.12)
+        posts = posts.add(f"post {side}", post, to.placement((0.5, -0.2 + side * 0.0355, 0.06)))
+    grasp = replace(next(each for each in grasps if "closing at 90" in each.name), opening=0.079)
+    met = to.plan(task(posts, PickObject("cup", [grasp])))
+    assert met.failed == "pick cup: close" and "finger is inside post" in met.reason, met.explain()
+    assert "qp_solves" not in met.counts
+    wall = cell.add("wall", to.Box(0.3, 0.01, 0.12), to.placement((0.5, 0.3185, 0.06)))
+    place = Place(placement=to.placement((0.5, 0.25, 0.06)))
+    beside = PlaceObject("cup", place, opening=0.079)
+    found = to.plan(task(wall, PickObject("cup", [grasp]), beside))
+    assert found.failed == "place cup: release" and "finger is inside wall" in found.reason, found.explain()
+    assert "qp_solves" not in found.counts
+    assert to.plan(task(wall, PickObject("cup", [grasp]), replace(beside, opening=0.07))).verified
+
+
 def test_a_failed_pick_names_step_part_and_cause_once(cell: to.Scene, grasps: tuple[Grasp, ...]) -> None:
     """The farthest step counts, not the one tried last; the object is named though its stage is not."""
     wide = replace(grasps[0], opening=0.5, name="wide")

@@ -134,6 +134,12 @@ class PickObject(Value):
             words = f"{meets} at the object, wherever the arm is"
             yield refused("reach", Status.GOAL_IN_COLLISION, words)
             return
+        closed = search.reduced(
+            pressing(scene, gripper, self.object), gripper.opened(scene.robot, start, grasp.width)
+        )
+        if meets := hand_meets(closed, gripper.links, tool, stands * grasp.placement):
+            yield refused("close", Status.GOAL_IN_COLLISION, f"{meets}, wherever the arm is")
+            return
         goal = frame_placement(tool, stands * grasp.placement)
         found = search.configurations(reduced, (goal,), f"{self.name}: reach", names)
         if isinstance(found, StageRefusal):
@@ -275,6 +281,12 @@ class PlaceObject(Value):
             yield found
             return
         opening = self._opening(gripper, handling, state)
+        let_go = pressing(held.detach(self.object, at=start), gripper, self.object).move(self.object, there)
+        released = search.reduced(let_go, gripper.opened(held.robot, start, opening))
+        hand = there * held.placement_of(self.object, start).inverse() * held.placement_of(tool, start)
+        if exact and (meets := hand_meets(released, gripper.links, tool, hand)):
+            yield refused("release", Status.GOAL_IN_COLLISION, f"{meets}, wherever the arm is")
+            return
         for at in found[: search.options.configurations]:
             there = reduced.all_positions(at)
             down = vector_of(place.lower, held, there, -up(held))
@@ -352,6 +364,13 @@ def lowering_scene(held: Scene, name: str, supports: Sequence[str], seconds: flo
     return held
 
 
+def pressing(scene: Scene, gripper: Gripper, name: str) -> Scene:
+    """Return the scene in which the fingers may touch an object."""
+    for finger in gripper.fingers:
+        scene = scene.allow(finger, name)
+    return scene
+
+
 def hand_meets(reduced: ReducedModel, owners: Collection[str], frame: str, at: Placement) -> str:
     """Return which of the bodies fixed to a frame overlaps an object if the frame is at a placement.
 
@@ -391,8 +410,7 @@ def fingers(
     goal = gripper.opened(scene.robot, state.positions, opening)
     if np.abs(goal - state.positions).max() < STILL:
         return state.rest(rest, name) if rest > 0.0 else state
-    for finger in gripper.fingers if meets else ():
-        scene = scene.allow(finger, meets)
+    scene = pressing(scene, gripper, meets) if meets else scene
     scene = replace(scene, margin=0.0, pair_margins={}, kind_margins={})
     return state.rest().to(Leg(name, goal, scene, group=gripper.group, names=names)).rest(rest)
 
