@@ -1,4 +1,4 @@
-"""The command line: `trajopt demo`, `plan`, `check`, `bench`, `suite`, `view`, `moveit` and others.
+"""The command line.
 
 Exit status: 0 a verified plan, 1 no plan found (with the reason), 2 bad input (one clear line).
 """

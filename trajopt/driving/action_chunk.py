@@ -1,4 +1,4 @@
-"""Action chunks: the next joint targets of a policy, and the smooth motion through them."""
+"""The next joint targets of a policy, and the smooth motion through them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

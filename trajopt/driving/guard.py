@@ -139,9 +139,6 @@ class Guard(CommitLoop):
     ) -> None:
         """Take over the robot at rest.
 
-        Args:
-            constraints: Path constraints, beyond limits and clearances.
-
         Raises:
             JointNotFound: If the executor does not drive a joint of the group.
             ProblemError: If the robot moves, a joint of the group is outside its limits, or its base rolls.

@@ -1,4 +1,4 @@
-"""LeRobot's robots behind a guard, and as executors; any class with LeRobot's methods will do.
+"""LeRobot's robots behind a guard, and as executors.
 
 https://huggingface.co/docs/lerobot/integrate_hardware describes the interface.
 """

@@ -1,4 +1,4 @@
-"""Servo commands: velocities and poses for one moment, and the options that shape them."""
+"""Velocities and poses for one moment, and the options that shape them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""Servo task: the joint velocities of a command, and the approach of a tool to singularities."""
+"""The joint velocities of a command, and the approach of a tool to singularities."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Supervisor: drives a robot to goals among reported obstacles, able to stop at all times."""
+"""A supervisor drives a robot to goals among reported obstacles, able to stop at all times."""
 
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING

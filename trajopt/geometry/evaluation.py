@@ -1,4 +1,4 @@
-"""Evaluator: kinematics, distances and bounds of motion at many configurations.
+"""Kinematics, distances and bounds of motion at many configurations.
 
 `Problem.evaluator` makes the one for planning, for example on a GPU. The judge has its own kinematics and
 distances, so a wrong evaluator cannot lead to a wrong proof.

@@ -1,6 +1,6 @@
-"""Nlp: a nonlinear program over knots x, shape (N, n), as block rows with stencils. It knows no robot.
+"""Nlp: a nonlinear program over knots x, shape (N, n), as block rows with stencils.
 
-Every row of a residual touches few knots: a solver may use the structure or flatten it into a sparse matrix.
+Every row of a residual touches few knots: a solver may use the structure or flatten it.
 """
 
 from dataclasses import dataclass

@@ -37,7 +37,7 @@ def plan_once(
             that supports it.
         waypoint_knots: The knot of each waypoint, increasing, neither first nor last.
         program: The problem as transcribed by the method for an earlier seed; transcribed when None.
-        workspace: Shared by attempts at this problem; a new one without bounds when None.
+        workspace: Shared by attempts at this problem; without bounds when None.
         effort: Work to do for this seed, if the method can do less.
 
     Returns:

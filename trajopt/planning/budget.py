@@ -34,11 +34,11 @@ class Budget:
 
     Attributes:
         seconds: Time by `clock` [s]. The answer then depends on the machine.
-        work: Configurations to evaluate at most: an exact number, so that the answer is the same everywhere.
+        work: Most configurations to evaluate; the answer is then the same everywhere.
         attempts: Most seeds; 1 is the straight line to the nearest goal configuration alone.
         workers: Threads that attempt seeds, once the straight line has failed (with `improve`: has been
             attempted). The answer is the same for any number.
-        improve: Whether to use up the budget after the first motion, and return the fastest.
+        improve: Whether to use up the budget and return the fastest motion.
         clock: Returns the time [s]: wall time; `time.process_time` for benchmarks. With any other clock
             planning also ends after `wall_seconds`.
     """
@@ -98,7 +98,7 @@ class Stopped(Exception):
 
 @dataclass(eq=False)
 class BudgetTracker:
-    """Counts work and time of one call of planning, and raises `Stopped` at a limit.
+    """Counts work and time of one call of planning; raises `Stopped` at a limit.
 
     Attributes:
         seconds: CPU time of the thread in each stage [s].

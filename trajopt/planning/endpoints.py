@@ -1,4 +1,4 @@
-"""Endpoint checks: whether a motion can begin and end as required, and at which configurations."""
+"""Whether a motion can begin and end as required, and at which configurations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

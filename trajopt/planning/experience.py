@@ -230,12 +230,12 @@ class Experience:
     """Remembers motions and their successes: `plan(problem, experience=experience)`.
 
     For a problem in a static scene that begins at rest, without waypoints, the path of the most similar
-    solved problem is tried first. Threads and, with a warehouse, processes may share one.
+    solved problem is tried first. Threads may share one, with a warehouse processes too.
 
     Attributes:
         storage: This process alone by default. `Warehouse.experience` keeps memories in a file.
-        most: Most memories; beyond it the one whose last success is oldest is forgotten.
-        learning: Whether it changes; without, equal calls have equal answers.
+        most: Most memories; the one with the oldest success is forgotten first.
+        learning: Whether it changes; if not, equal calls have equal answers.
     """
 
     storage: Storage = field(default_factory=_InProcessStorage)
@@ -277,7 +277,6 @@ class Experience:
         """Remember a motion, and whether the recalled path has led to it.
 
         Args:
-            recalled: Earlier result of `recall`.
             given: Number of seeds that were tried before the recalled path.
         """
         if not self.learning or not _comparable(problem):
@@ -309,7 +308,7 @@ class Experience:
             path: Points from start to end, shape (k, n) with k at least 2 [rad | m].
 
         Returns:
-            Whether it is remembered now; it is not if `learning` is off, or if such problems never are.
+            Whether it is remembered now.
 
         Raises:
             ShapeError: If the path does not fit the group's joints.

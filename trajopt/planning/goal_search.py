@@ -1,4 +1,4 @@
-"""Planning to one goal: its branches, the candidates of each round, and results of earlier attempts."""
+"""Planning to one goal: its branches, and the candidates of each round."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -66,8 +66,7 @@ class GoalBranch(Value):
 def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method) -> Iterator[GoalBranch]:
     """Yield the possible ends of a motion, nearest first.
 
-    If goal configurations were searched, each of them is fixed first, and only then the nearest is free to
-    change.
+    Searched goal configurations are fixed first; then the nearest is free to change.
 
     Args:
         stops: For each goal configuration, nearest first: the waypoints' configurations, and itself.

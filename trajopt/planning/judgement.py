@@ -73,7 +73,7 @@ class Judged(Printed):
 
 @checked
 def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None = None) -> Certificate:
-    """Judge a motion by all requirements of a problem; no other result of its planner is used.
+    """Judge a motion by all requirements of a problem.
 
     Args:
         problem: With one goal.
@@ -93,7 +93,7 @@ def holds(problem: Problem, trajectory: Trajectory, workspace: Judge) -> Verdict
 
 
 def decide(problem: Problem, trajectory: Trajectory, workspace: Judge) -> tuple[Judged, int]:
-    """Decide whether a motion holds all requirements of a problem, as `judge` does, without measuring more.
+    """Decide as `judge` does, without measuring more.
 
     Returns:
         The verdict, with the certificate if it is a refusal, and the number of distances measured.

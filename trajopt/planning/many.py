@@ -35,8 +35,7 @@ def plan_many(
 ) -> Iterator[Result]:
     """Plan many problems side by side in threads; yield the results in the order of the problems.
 
-    Each result is the result of `planner` alone, for any number of workers. Problems are taken when needed.
-    Ending the iteration ends the planning.
+    Results do not depend on the number of workers. Ending the iteration ends the planning.
 
     Args:
         workers: Threads; the number of cores when None.
@@ -44,8 +43,8 @@ def plan_many(
         bar: Whether a progress bar is shown while standard error is a terminal.
 
     Raises:
-        ProblemError: If an argument is of the wrong kind, or, at its turn, an item is not a problem;
-            exceptions of the planner are raised at the turn of their problem.
+        ProblemError: If an argument is of the wrong kind, or, at its turn, an item is not a problem.
+            Exceptions of the planner are raised at the turn of their problem.
     """
     count = os.cpu_count() or 1 if workers is None else workers
     if type(count) is not int or count < 1:

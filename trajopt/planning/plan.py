@@ -108,17 +108,16 @@ def plan(
         method: A method or its name ("chomp"). When None sequential QP over knots, or for a start in motion
             the method that supports it; the result names it.
         improve: Whether to optimise shape and time together too ("free-duration"), which takes a few times as
-            long to plan. The result reports both durations.
-        every_goal: Whether all goals of a set are planned to, and the results kept (`result.of_each_goal`);
-            the plan is the fastest. A budget's seconds and work are shared out among the goals.
-        seeds: Paths to begin with, the best first: each is moved so that it leads from the start to the goal,
-            and attempted before all others.
-        experience: Remembers motions (`trajopt.planning.experience.Experience`): the most similar is tried
-            after `seeds`, and its success is recorded.
+            long.
+        every_goal: Whether all goals of a set are planned to (`result.of_each_goal`); the plan is the
+            fastest. The goals share a budget's seconds and work.
+        seeds: Paths to try first, the best first; each is moved so that it leads from the start to the goal.
+        experience: Remembers motions (`trajopt.planning.experience.Experience`); the most similar is tried
+            after `seeds`.
         seconds: Time limit [s, wall clock]; short for a budget of as many seconds.
-        rng: Random generator; a fixed seed when None, so that the answer is the same every time.
+        rng: Random generator; a fixed seed when None.
         budget: Limits of work, time and cores, and whether to go on improving.
-        cancel: Set it from another thread to stop: the best motion is returned, if there is one.
+        cancel: Set it from another thread to stop; the best motion so far is returned.
         progress: Called at every stage and step of the solver.
         on_incumbent: Called with every verified motion better than the one before.
 

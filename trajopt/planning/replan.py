@@ -1,4 +1,4 @@
-"""Replanning from a configuration on a running motion, beginning with the rest of that motion."""
+"""Replanning from a running motion."""
 
 from dataclasses import replace
 from threading import Event
@@ -98,16 +98,15 @@ def replan(
     """Plan from a point of a running motion, beginning with the rest of it.
 
     First shape and timing of the rest are optimised together. If that gives no verified motion, `plan` plans
-    from there. Both continue the running motion without a jump of position, velocity or acceleration.
+    from there. Acceleration does not jump.
 
     Args:
-        problem: The requirements from then on, in the scene as it will be then; see `on_the_way`.
+        problem: The requirements from then on; see `on_the_way`.
         running: Of the group's joints.
         time: On the running motion, at least 0 [s]: now, plus the time until the plan is executed.
         seconds: Time limit [s, wall clock]; short for a budget of as many seconds.
         budget: Limits of work, time and cores. A budget that improves plans from scratch immediately.
-        cancel: Set it from another thread to stop.
-        progress: Called at every stage and step of the solver.
+        cancel, progress: As for `plan`.
 
     Raises:
         ShapeError: If the time is before the motion begins, or the motion moves other joints.

@@ -56,8 +56,8 @@ class PlanArguments(Value):
 
     Attributes:
         seeds: Knots of the given or remembered paths, shape (k, n) each [rad | m].
-        recalled: The remembered motions and the version of the memory; None without experience. Its
-            paths are the last of `seeds`, so that planning again needs no memory.
+        recalled: The remembered motions and the version of the memory; None without experience. Its paths are
+            the last of `seeds`.
     """
 
     method: Method | str | None = None
@@ -355,16 +355,14 @@ class Result(SavedResult):
     """Result of planning.
 
     Attributes:
-        message: The particulars: which pair, which joint, by how much.
-        path: The solver's path, if it got that far.
-        solve: The solver's result, if it got that far.
+        message: The particulars.
         trajectory: The motion, verified or not, if it got that far.
         timed: Report of retiming; None if the method determined time itself.
-        counts: Exact counts of the work done: distance calls, forward kinematics, QP solves, ...
+        counts: Exact counts of the work done.
         cpu_seconds: Process time of each stage [s].
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
         alternatives: Of a goal set that failed: the result of each goal, nearest first.
-        won: Of a motion: its attempt, the last one or, with a budget that improves, the one of least cost.
+        won: Of a motion: its attempt.
         stopped: Reason for ending planning early; None if it was completed.
         certainty: Of the status; of a goal set that failed, proven only if the failure of every goal is.
         because: Reason why planning chose that method; empty if requested, or the default.
@@ -456,10 +454,7 @@ class Result(SavedResult):
 
     @property
     def cost(self) -> float:
-        """The duration, by which motions of one problem are compared [s]; infinite without a plan.
-
-        The sum of the problem's costs would depend on the program, its knots, goals and method.
-        """
+        """The duration, by which motions of one problem are compared [s]; infinite without a plan."""
         return self.trajectory.duration if self.verified and self.trajectory is not None else inf
 
     @property
@@ -537,8 +532,7 @@ class Result(SavedResult):
     def save(self, path: FilePath | str, *, proof: bool = False) -> None:
         """Write a bundle: one file with robot, scene, problem, motion and verdict, or with the failure.
 
-        `trajopt check`, `view` and `replay` take it on a machine without the robot's files; see
-        `trajopt.files.bundle.read_bundle`.
+        Needs no files of the robot; `trajopt.files.bundle.read_bundle` reads it.
 
         Args:
             proof: Whether to include a proof of the motion (docs/proofs.md).
@@ -562,7 +556,7 @@ class Result(SavedResult):
         return f"{text} ({self.message})" if self.message else text
 
     def explain(self, *, plan_again: bool = False) -> Explanation:
-        """Explain a failure: the obstructions, the certainty, and the changes that would help.
+        """Explain a failure: obstructions, certainty, and changes that would help.
 
         Takes milliseconds to a second or two, without planning again.
 

@@ -1,4 +1,4 @@
-"""Schedule: the seeds that planning tries, and the sources of motions among dynamic obstacles, as tables."""
+"""The seeds that planning tries, and the sources of motions among dynamic obstacles, as tables."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -309,8 +309,7 @@ reduced.
 def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Problem, tuple[str, ...]]:
     """Return the problem with the default margin for pairs whose requested margin no configuration keeps.
 
-    A margin is a wish: an impossible one must not prevent a motion. Returns the problem itself if there are
-    none, and a sentence on each pair.
+    Returns the problem itself if there are none, and a sentence on each pair.
     """
     reduced = problem.reduced
     pairs, asked_for = reduced.pairs, ~shrinkable(reduced.pairs)
@@ -359,7 +358,7 @@ TURN = 2.0 * np.pi
 def long_turns(problem: Problem) -> tuple[str, ...]:
     """Return a sentence on each joint without limits whose goal is more than half a turn away.
 
-    Turns may be intended, as when a cable is unwound; but the same angle is nearer.
+    Turns may be intended, as when a cable is unwound.
     """
     found: dict[str, None] = {}
     start, turning = _turning(problem)

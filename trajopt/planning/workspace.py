@@ -219,8 +219,6 @@ class PlanningWorkspace(Printed):
 
         Args:
             certainty: Proven by default if the motion is verified.
-            path: The path, if there is no motion.
-            motion: The motion; its path and remarks are the result's.
         """
         proven = judged is not None and judged.verified
         return Result(

@@ -67,7 +67,6 @@ class Problem(Value):
             for each leg between waypoints if that is more. Twice as many if the judge refuses the motion.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
-        tool_speed: Largest tool speeds: one limit or several.
         start_velocity: Joint of the group -> start velocity [rad/s | m/s]; other joints are at rest.
         start_acceleration: Joint of the group -> start acceleration [rad/s^2 | m/s^2]; zero for others.
         dwell: Time for which the robot stays clear at the goal, at rest, after the end [s]. With a moving

@@ -22,7 +22,6 @@ class ShownUnit:
 
     Attributes:
         name: Symbol; empty for a plain number.
-        size: Size of one unit in base units.
         base: Unit of the number itself: "m", "rad", or empty.
     """
 
@@ -101,7 +100,6 @@ class Relaxation:
     Attributes:
         what: Name of the number in reports.
         apply: Returns the requirement relaxed by an amount.
-        shrinks: Whether the number shrinks.
     """
 
     what: str

@@ -62,7 +62,6 @@ def tool_speed(
     is slower; with `steady` the judge requires this.
 
     Args:
-        frame: Link, tool frame or attached object.
         linear: Largest speed of the point [m/s].
         angular: Largest angular speed of the frame [rad/s].
         offset: Point in the frame's coordinates, shape (3,) [m].

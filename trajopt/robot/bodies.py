@@ -281,8 +281,6 @@ class RobotBodies:
 
     Attributes:
         bodies: The bodies, in the order of the links' shapes.
-        mesh_notes: A note on the cover of each mesh.
-        notes: The notes on covers that exceed the tolerance.
     """
 
     bodies: tuple[CollisionBody, ...]

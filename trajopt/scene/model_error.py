@@ -89,7 +89,6 @@ def approaches(
 
     Args:
         carried: Bodies of objects on links of the robot.
-        bodies: All bodies of the scene, with the pairs' indices.
         first: Of each pair the first body, shape (p,).
         second: The second, shape (p,).
 

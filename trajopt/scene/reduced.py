@@ -1,6 +1,6 @@
 """Reduced model: the robot with only a group's joints free, for planning, judging and simulation.
 
-Plain data, built by `trajopt.scene.reducing`. The judge reads nothing else.
+`trajopt.scene.reducing` builds it. The judge reads nothing else.
 """
 
 from __future__ import annotations
@@ -200,7 +200,6 @@ class TimedModel:
 
     Attributes:
         reduced: The model with all objects of its scene.
-        driven: Positions of the driven joints.
         timings: Existence of each changing object, and the motion of its carrier.
     """
 

@@ -1,6 +1,6 @@
 """A planning server: robots, sessions with scenes and a pool of workers, behind HTTP and rosbridge.
 
-`Service` is the core and independent of protocols; the faces translate network messages into requests.
+`Service` is the core; the faces translate network messages into requests.
 """
 
 from trajopt.server.job import Cancellation as Cancellation

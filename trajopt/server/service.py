@@ -1,4 +1,4 @@
-"""Service: robots, sessions and workers, behind every face of the server; it knows no protocol."""
+"""Robots, sessions and workers, behind every face of the server; without a protocol."""
 
 import asyncio
 import json

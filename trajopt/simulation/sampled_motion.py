@@ -1,4 +1,4 @@
-"""Sampled motion: the positions of a group over time, planned or simulated, for pictures."""
+"""The positions of a group over time, planned or simulated, for pictures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -595,11 +595,7 @@ class ForEach(Value):
 
 @dataclass(frozen=True, eq=False)
 class Within(Value):
-    """Items in order, in a way within limits; the arm rests before and after them.
-
-    Attributes:
-        limits: Limits of all items together.
-    """
+    """Items in order, in a way within limits; the arm rests before and after them."""
 
     items: Sequence[Item]
     limits: StageLimits

@@ -1,6 +1,6 @@
 """Shortest tour through groups of nodes, one node of each.
 
-A generalised travelling salesman problem with an open end, solved by local search (2-opt, Or-opt, insertion
+A generalised travelling salesman problem with an open end, by local search (2-opt, Or-opt, insertion
 of a group by any of its nodes, and the exact choice of nodes for a fixed order by dynamic programming) from a
 nearest-neighbour tour, with random restarts from the best tour (iterated local search: Lourenço, Martin and
 Stützle, Handbook of Metaheuristics, 2003).

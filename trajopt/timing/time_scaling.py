@@ -347,7 +347,6 @@ def travel_time(start: Floats, end: Floats, limits: JointLimits, *, rests: bool)
     Args:
         start: Shape (..., n) [rad | m].
         end: Shape (..., n) [rad | m].
-        rests: Whether the arm rests at both.
 
     Returns:
         Shape (...,) [s].

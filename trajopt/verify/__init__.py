@@ -1,4 +1,4 @@
-"""Independent judge of trajectories: recomputes everything from robot, scene and trajectory.
+"""Independent judge of trajectories, from robot, scene and trajectory alone.
 
 It shares no code with the planner. Checks marked as proven hold at all times.
 """

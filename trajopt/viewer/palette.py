@@ -1,4 +1,4 @@
-"""Colours: one calm palette for page and plots, distinct for colour-blind readers too.
+"""One palette for page and plots, distinct for colour-blind readers too.
 
 Source: Paul Tol, "Colour Schemes", SRON technical note 09-002, 2021 ("bright" and "light").
 """

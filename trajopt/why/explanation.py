@@ -1,4 +1,4 @@
-"""Explanation: outcome, cause, evidence and remedies; and the diagnosis, which does not plan again."""
+"""Outcome, cause, evidence and remedies; and the diagnosis, which does not plan again."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -43,7 +43,6 @@ class Explanation(OutcomeSummary):
             can be met. Empty if no such set was found.
         configuration: The configuration that shows the cause, shape (n,) [rad | m]: the start or goal that is
             not free, the one nearest to the goal, or the worst contact on the path.
-        path: The best path, if planning got that far.
         remedies: Changes that make it solvable; None if not searched.
         prices: Costs of active constraints; in seconds only if planned again.
     """

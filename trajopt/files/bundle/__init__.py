@@ -1,6 +1,6 @@
 """Bundles: a problem and its result in one file.
 
-`result.save("x.trajopt")` writes one, `read_bundle` reads it on any machine, `replay` plans it again.
+`result.save("x.trajopt")` writes one, `read_bundle` reads it, `replay` plans it again.
 """
 
 from trajopt.files.bundle.bundle import Bundle as Bundle

@@ -1,7 +1,6 @@
 """Messages of ROS and MoveIt, written once in the table of `definitions`.
 
-Each message is a data class with ROS' defaults: `from trajopt.files.messages import PlanningScene`. `encode`
-and `decode` convert messages to plain data of ROS 1 or ROS 2 and back.
+Each message is a data class with ROS' defaults: `from trajopt.files.messages import PlanningScene`.
 """
 
 from trajopt.files.messages.definitions import definitions as definitions

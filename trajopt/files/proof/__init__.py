@@ -1,7 +1,6 @@
 """Proof files, by which a small checker without trajopt proves a motion.
 
-`plan.save_proof("x.proof")` and `trajopt prove` write one, `trajopt check` and
-`python -I trajopt/verify/checker` check it. Format: docs/proofs.md.
+Format: docs/proofs.md.
 """
 
 from trajopt.files.proof.proof import SUFFIX as SUFFIX

@@ -1,7 +1,4 @@
-"""Columns of a campaign's tables, and the tables as Parquet.
-
-docs/campaigns.md lists every column.
-"""
+"""Columns of a campaign's tables (docs/campaigns.md), and the tables as Parquet."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec

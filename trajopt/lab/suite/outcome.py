@@ -23,7 +23,6 @@ class IterationRecord:
 
     Attributes:
         cpu_seconds: CPU time since planning began [s].
-        cost: Sum of the costs at the current point.
         violation: L1 norm of the violations there.
     """
 

@@ -364,7 +364,7 @@ def inverse_kinematics(
     """Search configurations within limits that hold a goal: `frame_placement(...)` or any other.
 
     Several requirements hold together: `[frame_placement(...), joint_positions({"joint7": 0.5})]` finds
-    solutions with the redundant joint at that value. See `docs/decisions/goal-configurations.md`.
+    solutions with the redundant joint at that value.
 
     Args:
         goal: One requirement or several; a frame may be a link, a tool frame or an attached object.

@@ -1,4 +1,4 @@
-"""B-spline: control points of a spline through joint space, by sequential QP, timed afterwards."""
+"""Control points of a spline through joint space, by sequential QP, timed afterwards."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

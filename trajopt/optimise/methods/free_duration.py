@@ -1,4 +1,4 @@
-"""Free duration: shape and time of a motion optimised together, from another method's timed path."""
+"""Shape and time of a motion optimised together, from another method's timed path."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -50,8 +50,7 @@ def _solver_through_waypoints() -> Sqp:
 class FreeDuration:
     """Minimises the duration under limits of velocity, acceleration, jerk and torque.
 
-    Shape and time of a spline are optimised from the timed path of sequential QP over knots, which remains if
-    nothing faster is found.
+    The timed path of sequential QP over knots remains if nothing faster is found.
     """
 
     pieces: int = 64

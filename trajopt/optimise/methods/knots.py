@@ -1,4 +1,4 @@
-"""Knots: joint positions at knots, solved by any solver of an `Nlp`, timed afterwards."""
+"""Joint positions at knots, solved by any solver of an `Nlp`, timed afterwards."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

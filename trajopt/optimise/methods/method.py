@@ -95,7 +95,7 @@ class SupportsImprovement(Program, Protocol):
 
 @runtime_checkable
 class Method(Protocol):
-    """A transcription joined with a solver; its fields are its options."""
+    """A transcription with a solver; its fields are its options."""
 
     @property
     def name(self) -> str:

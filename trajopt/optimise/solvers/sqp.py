@@ -103,7 +103,7 @@ class Sqp:
             between the samples.
         fine_first: Whether the first samples have the final density, for seeds that are nearly solutions.
         gives_up: Whether a seed is given up if, at the rate of the last quarter of `max_iterations`, its
-            constraints would not hold within the steps that are left.
+            constraints would not hold in time.
     """
 
     qp: str = AUTO

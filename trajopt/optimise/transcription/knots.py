@@ -1,4 +1,4 @@
-"""Transcription by knots: a problem becomes an `Nlp` over joint positions, and back to a path."""
+"""A problem becomes an `Nlp` over joint positions, and its solution a path."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -127,7 +127,7 @@ class InTime:
     )
 
     def may_be_inevitable(self, motion: Trajectory) -> bool:
-        """Return whether at some time no known configuration is clear, that of a motion included."""
+        """Return whether at some time no known configuration is clear, a motion's included."""
         start, times = self.problem.reduced.start_positions, self.looks
         times = times[times <= motion.duration]
         times = times[~self.occupancy.free(np.tile(start, (len(times), 1)), times)]
@@ -137,7 +137,7 @@ class InTime:
     def inevitable(self, *, proven: bool) -> Sweep | None:
         """Find an obstacle that sweeps the start and that no motion escapes.
 
-        Links that no joint of the group moves are left out: there is no escape from their obstacles.
+        Obstacles of links that no joint of the group moves do not count.
         """
         # Whatever comes after the arm may have arrived sweeps no start.
         start, times = self.problem.reduced.start_positions, self._on_the_way

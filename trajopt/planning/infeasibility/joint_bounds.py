@@ -24,8 +24,7 @@ START_ERROR = 1e-6
 def by_then(problem: Problem, time: float) -> tuple[Floats, Floats]:
     """Return a box, shape (n,) each [rad | m], of all configurations that motions reach up to a time [s].
 
-    Each joint is bounded by its own limits of position, velocity, acceleration and jerk alone, so the bound
-    holds for all motions of the others; infinite for joints without limits. The start may be in motion.
+    Each joint is bounded by its own limits alone; infinite without limits. The start may be in motion.
     """
     return _reached(problem, time, 0.0)
 
@@ -84,7 +83,7 @@ def farthest(time: float, speed: float, gain: float, fastest: float, hardest: fl
 def too_fast(problem: Problem) -> str:
     """Return which limit the start exceeds, or a joint must leave even at full braking; empty if none.
 
-    Braking is bounded by the joint's own limits of acceleration and jerk alone, so the verdict is proven.
+    The verdict is proven: braking is bounded by the joint's own acceleration and jerk limits.
     """
     if not problem.starts_moving:
         return ""

@@ -1,4 +1,4 @@
-"""Timing among dynamic obstacles: a motion unchanged, begun later, or with another timing on its path."""
+"""Motions among dynamic obstacles: unchanged, begun later, or with another timing on their path."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

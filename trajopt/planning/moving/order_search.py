@@ -1,4 +1,4 @@
-"""Order search: the soonest way through the blocked cells of a path and time, before or after each of them.
+"""The soonest way through the blocked cells of a path and time, before or after each of them.
 
 States are (start of a cell, rate of the clock, tick); the ticks of one state are the bits of an integer. The
 search is complete for the rates and changes.
@@ -41,8 +41,7 @@ class SpeedChange:
 
     A `RateChange` over m whole cells of the clock and a whole number of ticks: its bulge makes up the
     difference. A change is possible if its accelerations, jerks and torques (`trajopt.timing.time_scaling`)
-    hold the limits at samples. A cell takes a whole number of ticks at each rate, so the search is exact in
-    time.
+    hold the limits at samples.
 
     Attributes:
         passed: Ticks at which it enters and leaves each cell, shape (span, 2).

@@ -47,10 +47,10 @@ def forbidden_times(plan: Plan | Result, *, until: float | None = None) -> PathT
     """Find the places along the path of a plan, and the times, at which dynamic obstacles are in the way.
 
     Cells are sampled in their middle by the optimiser's distances, with the required clearance and the
-    prediction error: this shows why a motion waits. Proofs are in its certificate.
+    prediction error: this shows why a motion waits, and proves nothing.
 
     Args:
-        until: End of the plane [s]; when None, one and a half times the end of the motion.
+        until: End of the plane [s]; 1.5 times the duration of the motion when None.
 
     Raises:
         PlanningFailed: If the result has no plan.

@@ -120,7 +120,6 @@ def sampled(
     Args:
         context: Goals; the path leads to the one reached first.
         check: Called while it searches; may raise to stop.
-        checked: Most configurations to check on each leg.
         kept: Part of each pair's margin kept, beyond the requirement.
         slide: Range of sliding joints beyond their start and goals [m].
 

@@ -282,7 +282,6 @@ def singularity_distance(
     """Keep a frame away from singular configurations.
 
     Args:
-        frame: Link, tool frame or attached object.
         smallest: Smallest accepted singular value, > 0 [m/rad; m/m].
         length: Length that weights a radian of rotation [m]; 0 ignores rotation.
         offset: Point in the frame's coordinates, shape (3,) [m].

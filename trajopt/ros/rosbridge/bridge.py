@@ -1,4 +1,4 @@
-"""The bridge: data shared by all clients, from the robot's description to its state topics."""
+"""Data shared by all clients, from the robot's description to its state topics."""
 
 import asyncio
 import logging

@@ -1,4 +1,4 @@
-"""Database: the SQLite file of a warehouse: tables, locking and validation.
+"""The SQLite file of a warehouse: tables, locking and validation.
 
 With SQLite's write-ahead log readers see whole transactions only, one process writes at a time, and a
 committed transaction is durable.

@@ -203,7 +203,6 @@ class SelfMotions:
     """Explores all self-motions along a curve.
 
     Attributes:
-        on_curve: The curve and the arm, with one redundant joint.
         margin: Clearance of each pair, shape (p,) [m].
     """
 

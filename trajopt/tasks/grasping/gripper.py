@@ -26,7 +26,6 @@ class Gripper(Value):
     """A gripper with two fingers whose pads stay parallel.
 
     Attributes:
-        group: Planning group of the fingers' joints.
         tool: Link or tool frame between the pads, fixed to the hand.
         links: Links of hand and fingers, which may touch a held object.
         fingers: The links that press on the object.

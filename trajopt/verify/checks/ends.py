@@ -1,7 +1,7 @@
 """Ends of a motion: start, end, deadline, and moving goals.
 
 A motion that meets a moving goal has followed it for the dwell time: the placement is proven for all of this
-time, the relative velocity at its ends, except along and about free axes.
+time, the relative velocity at its ends.
 """
 
 from __future__ import annotations

@@ -129,7 +129,6 @@ class PointMotion:
         """Find the joints that carry the frame.
 
         Args:
-            frame: Link, tool frame or object.
             offset: Point in the frame's coordinates, shape (3,) [m].
         """
         self._motion = motion

@@ -1,4 +1,4 @@
-"""Knots by CasADi: the whole problem as one nonlinear program, for ipopt, fatrop and sqpmethod."""
+"""The whole problem over knots as one nonlinear program, for ipopt, fatrop and sqpmethod."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
