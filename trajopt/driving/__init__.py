@@ -1,4 +1,4 @@
-"""Driving: a robot moved along proven motions, watched in every cycle, and able to stop at all times."""
+"""Driving a robot along proven motions, watched in every cycle, and able to stop at all times."""
 
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING

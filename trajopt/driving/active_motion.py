@@ -69,8 +69,8 @@ class _Moving(Value):
 class ActiveMotion(Printed):
     """The motion that a robot is on, committed piece by piece, each with a stop after it.
 
-    If the next piece is not proven and there are dynamic obstacles, the path is driven slower, which makes
-    the stop shorter. If no speed is proven, the robot brakes as committed and rests on its path.
+    If the next piece is not proven among dynamic obstacles, the path is driven slower. If no speed is proven,
+    the robot brakes as committed and rests on its path.
     """
 
     commitment: Commitment

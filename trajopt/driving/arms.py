@@ -112,8 +112,6 @@ class UrController:
         """Take over two connections; https://sdurobotics.gitlab.io/ur_rtde describes them.
 
         Args:
-            control: `rtde_control.RTDEControlInterface`.
-            receive: `rtde_receive.RTDEReceiveInterface`.
             period: Time between commands [s]: 0.002 for e-Series, 0.008 for CB3.
             lookahead: Time over which the controller smooths the positions, 0.03 to 0.2 [s]; about the delay
                 of the arm.
@@ -237,16 +235,14 @@ class FrankyRobot(Protocol):
 class FrankaController:
     """An arm of Franka that follows positions by the joint impedance control of franky.
 
-    The control loop of 1 kHz is franky's. Its joints are the arm's, from the base on.
+    Its joints are the arm's, from the base on.
     """
 
     def __init__(self, robot: FrankyRobot, *, stiffness: ArrayLike = STIFFNESS) -> None:
         """Take over an arm at rest, and hold it; see https://timschneider42.github.io/franky.
 
         Args:
-            robot: `franky.Robot`.
-            stiffness: Stiffness of each joint, shape (7,) [Nm/rad]; the damping is critical. A stiffer arm
-                is nearer to its commands.
+            stiffness: Of each joint, shape (7,) [Nm/rad]; the damping is critical.
 
         Raises:
             MissingExtra: Without franky.

@@ -45,7 +45,6 @@ class FollowedGoal(Printed):
     Attributes:
         target: A frame of the scene for the tool, or a function that returns the goal.
         tolerance: As for `Supervisor.follow_goal` [m | rad].
-        hold: Likewise [s].
         holds_since: Since when it has held [s]; None while it does not.
         begin: When the last planned motion begins: no other is planned before [s].
     """

@@ -118,9 +118,8 @@ class _Found:
 class Guard(CommitLoop):
     """Drives the actions of a policy, each of them proven before it is driven.
 
-    The executor always holds a motion and a stop, proven as one motion in the world as last reported. `act`
-    takes a chunk of actions; `tick` watches robot and world, and goes on with a partly committed chunk. Call
-    `tick` in every control cycle (20 ms).
+    `act` takes a chunk of actions; `tick` watches robot and world, and goes on with a partly committed chunk.
+    Call `tick` in every control cycle (20 ms).
 
     Attributes:
         problem: Robot, group, scene, limits and path constraints; its goal does not count.

@@ -1,7 +1,7 @@
 """The intended motion to a goal, at a share of its planned speed.
 
-The rate of the motion's clock changes smoothly and then stays (`trajopt.timing.time_scaling`), in the
-shortest of some times with which the limits hold at the extremes of the polynomials.
+The rate of the motion's clock changes smoothly (`trajopt.timing.time_scaling`), in the shortest of some times
+with which the limits hold.
 """
 
 from collections.abc import Collection, Mapping

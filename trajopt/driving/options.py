@@ -32,7 +32,7 @@ class SupervisorOptions:
 
     Attributes:
         ahead: Time for which the robot is committed to its motion before it would brake [s]. A plan that
-            takes no longer changes the motion without a stop; the longer, the later a stop begins.
+            takes no longer changes the motion without a stop.
         on_the_way: Whether to plan while the robot moves, or only when it is at rest.
         retry: Time from a failed plan to the next [s].
         patience: If a dynamic obstacle blocks the rest of the motion, the path is driven slower or with a

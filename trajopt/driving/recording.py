@@ -88,7 +88,6 @@ class Recording(Value):
         start: Positions of all joints of the robot at the beginning, shape (number of joints,) [rad | m].
         times: Of the samples, increasing, shape (k,) [s].
         positions: Measured positions of the joints, shape (k, n) [rad | m].
-        committed: Motions that were committed; each ends at rest.
         sightings: Reported worlds; the first from the beginning.
     """
 

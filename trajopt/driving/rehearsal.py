@@ -1,4 +1,4 @@
-"""Rehearsal: a problem or a task is planned, driven in simulation, and measured; and runs watched live."""
+"""A problem or a task planned, driven in simulation, and measured; and runs watched live."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,4 @@
-"""An executor in another process, so that a planner that dies does not affect the robot.
-
-The robot's process calls `attend` repeatedly, the planning process has a `RemoteExecutor`.
-"""
+"""An executor in another process, so that a planner that dies does not affect the robot."""
 
 from multiprocessing.connection import Connection
 from typing import Any

@@ -37,10 +37,9 @@ too much for them.
 class Servo(CommitLoop):
     """Drives a robot by the present command: a velocity of its tool or joints, or a pose of its tool.
 
-    The executor always holds the motion of a tick and a stop, proven as one motion in the world as last
-    reported. Each tick finds the joint velocities that follow the command best within all limits, approaching
-    obstacles and singularities only as fast as the robot can stop. If the motors are too weak for the
-    accelerations, these are halved until they are not, up to the next command after none.
+    Each tick finds the joint velocities that follow the command best within all limits, approaching obstacles
+    and singularities only as fast as the robot can stop. Accelerations that are too much for the motors are
+    halved until the next command after none.
 
     Attributes:
         problem: Robot, group, scene, limits and path constraints; its goal does not count.

@@ -1,4 +1,4 @@
-"""Inputs of a servo: orders, the loop that passes them on, and streams of orders in files.
+"""Orders to a servo, the loop that passes them on, and streams of orders in files.
 
 A file, JSON or YAML, lists the orders by time:
 
@@ -343,15 +343,11 @@ class Gamepad:
     The axes belong to the given frame. A stick at its end gives 1, which `ServoOptions.scaling` and `turning`
     convert to m/s and rad/s; `dead_zone` is a share of the stick's range.
 
-    pygame has one state per process: it is initialised with the first gamepad, without a window unless the
-    program has one, and remains after `close`.
+    pygame has one state per process, which remains after `close`.
     """
 
     def __init__(self, number: int = 0, *, frame: str = WORLD) -> None:
         """Open it.
-
-        Args:
-            frame: Frame of the axes: "world", or the tool.
 
         Raises:
             MissingExtra: Without pygame-ce.

@@ -7,8 +7,7 @@ increases with a, limits of a are limits of w. While w stays within the velocity
 
 Uniform braking after the delay takes the time b in which the joints lose their present speed, so the distance
 of an obstacle may shrink by its share 1 / (delay + b) per second. On a straight line b / 2 would do; as
-joints turn, the velocity of the nearest points changes on the way. Speeds away from obstacles are not
-limited.
+joints turn, the velocity of the nearest points changes on the way.
 """
 
 from dataclasses import dataclass

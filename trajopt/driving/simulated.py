@@ -42,7 +42,6 @@ class Fault(Value):
 
     Attributes:
         begin: Of the interval [s].
-        end: Of the interval [s].
         joint: The joint; empty for lost commands.
         size: Offset of a drift [rad | m].
     """

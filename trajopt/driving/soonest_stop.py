@@ -58,8 +58,7 @@ def soonest_stop(
     """Return the soonest proven stop; if none is proven, the soonest clear one, or the soonest of all.
 
     If neither a stop along the path nor one of all joints is clear, stops that turn away from the obstacle
-    first are tried. If a prediction ends before the robot is at rest, nothing can be proven: the robot then
-    stays on its path.
+    first are tried. If a prediction ends before the robot is at rest, it stays on its path.
 
     Args:
         limits: Of the group's joints.

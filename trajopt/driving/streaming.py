@@ -66,7 +66,6 @@ class StreamingExecutor:
             lag: Time by which the positions are behind the commands, beyond a period [s].
             silence: Longest time without a tick before a fault is reported [s]; a motion does not go on
                 after it, because the robot would jump.
-            clock: Returns the time, uniformly [s].
 
         Raises:
             ProblemError: If `period` or `silence` is not positive, or `lag` or `tolerance` negative.

@@ -38,8 +38,8 @@ SLOW = 1e-2
 class Supervisor(CommitLoop):
     """Drives a robot to goals.
 
-    The executor always holds a short piece of the motion and a stop along its path, proven as one motion in
-    the world as last reported. Each cycle splices in the next one before the last one brakes.
+    The executor always holds a short piece of the motion and a stop along its path, proven as one motion.
+    Each cycle splices in the next one before the last one brakes.
     """
 
     options: SupervisorOptions = DEFAULT
@@ -104,7 +104,6 @@ class Supervisor(CommitLoop):
     def then(self, problem: Problem, *, blend_radius: float = 0.0) -> None:
         """Go to a goal after all others; the motion to it is planned while the one before is driven.
 
-        The motion begins at rest at the goal before, or within its blend radius if that ends sooner.
         Arguments and errors as for `go`.
         """
         if self._task is not None:
@@ -123,8 +122,7 @@ class Supervisor(CommitLoop):
         """Go to a moving goal instead of all others; the motion is replanned while it is driven.
 
         Each cycle determines the goal, by the track of its frame at the end of the motion if there is one.
-        The robot comes to rest at the goal, and goes on if that moves away. The supervisor's problem has the
-        other requirements.
+        The supervisor's problem has the other requirements.
 
         Args:
             goal: A frame of the scene as last reported, to which the tool goes; or a function that returns
@@ -188,7 +186,7 @@ class Supervisor(CommitLoop):
             scaling: Factor in (0, 1] on the limits of velocity and acceleration.
 
         Returns:
-            Whether there is such a motion; if not, the robot stays at rest, and the events give the reason.
+            Whether there is such a motion; the events give the reason if not.
 
         Raises:
             ProblemError: If the robot moves, or the goal or the scaling is invalid; the fault remains then.

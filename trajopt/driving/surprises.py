@@ -1,4 +1,4 @@
-"""Surprises: unannounced changes of the world while a robot is driven, from a file or drawn at random.
+"""Unannounced changes of the world while a robot is driven, from a file or drawn at random.
 
 A file, YAML or JSON, lists them:
 
@@ -79,7 +79,6 @@ class Surprises(Value):
     """All unannounced changes of a run.
 
     Attributes:
-        objects: Objects that appear or move.
         sensors: Delay and noise of measurements of the robot; objects are seen with the same delay.
     """
 

@@ -86,7 +86,7 @@ Step = Leg | TaskRest | TaskSegment
 class TaskState:
     """State of a task after some of its stages.
 
-    The steps are planned later, but their ends are known exactly: the stages after them can be checked first.
+    The steps are planned later, but their ends are known exactly.
 
     Attributes:
         scene: The scene after the steps, with the clock of the beginning of the task.

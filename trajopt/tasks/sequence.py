@@ -75,7 +75,6 @@ class StageTime:
 
     Attributes:
         begin: Its begin since the start of the task [s].
-        end: Its end, rest included [s].
     """
 
     name: str

@@ -249,7 +249,6 @@ class AttachObject(Value):
     The next motion may begin in contact with the objects that it stands on.
 
     Attributes:
-        link: Link or tool frame.
         within: Largest distance of the object from the frame, from the bodies that move with it, and from the
             touch links [m]; inf if it may be anywhere.
     """

@@ -27,7 +27,6 @@ class Tours:
     """Costs of tours.
 
     Attributes:
-        groups: Group of each of the m nodes, shape (m,).
         start: Cost from the start to each node, shape (m,) [s].
         between: Cost from node to node, shape (m, m), finite [s].
         end: Cost from each node to the end, shape (m,) [s].

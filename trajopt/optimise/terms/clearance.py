@@ -125,8 +125,6 @@ def soft_clearance(
 ) -> Cost:
     """Prefer more clearance than must be kept: a squared `Cost` on each pair's shortfall.
 
-    The clearance that constraints keep is the scene's margin (`Scene.with_margin`).
-
     Args:
         distance: Preferred distance of all pairs [m].
         weight: Of the squared shortfall [1/m^2].

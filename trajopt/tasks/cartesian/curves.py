@@ -180,8 +180,6 @@ def circle(
 def spline(poses: Sequence[PlacementLike]) -> Curve:
     """Return a smooth curve through placements: a cubic spline of their points, with C1 rotations.
 
-    If the last pose equals the first, the curve is smooth there too.
-
     Raises:
         ProblemError: If there are fewer than three poses, or consecutive ones are equal.
     """

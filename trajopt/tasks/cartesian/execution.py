@@ -46,8 +46,7 @@ def execute(
 ) -> Executed:
     """Execute a motion along a curve in simulation, and correct its end if the error is too large.
 
-    A correction move is the straight line from the actual to the required pose. The tolerances are in [m] and
-    [rad].
+    A correction move is the straight line from the actual to the required pose.
 
     Raises:
         ProblemError: Without a verified motion.

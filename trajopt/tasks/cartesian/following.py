@@ -124,7 +124,6 @@ def follow(
         group: Optional if the robot has only one.
         rng: Draws postures and starts of searches; a fixed seed if None.
         budget: Time and work; `attempts`, `workers` and `improve` do not apply.
-        cancel: Set it from another thread to stop.
         degrees: Whether angles in `start` are in degrees.
 
     Raises:

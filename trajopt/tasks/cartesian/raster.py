@@ -1,4 +1,4 @@
-"""Rasters: parallel rows over a face of a mesh, as curves of a tool."""
+"""Parallel rows over a face of a mesh, as curves of a tool."""
 
 from collections import deque
 from collections.abc import Iterator

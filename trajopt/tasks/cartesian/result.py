@@ -23,7 +23,6 @@ class StopReason:
 
     Attributes:
         at: Length along the curve [m].
-        pose: Index of the last reached pose of the curve.
         message: Details: joint and limit, pair, or jump.
         joint: The joint at its limit, or the one that would jump; empty for other reasons.
         pair: The two that are too near; empty for other reasons.

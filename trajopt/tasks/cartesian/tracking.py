@@ -1,4 +1,4 @@
-"""Tracking of a curve from a first configuration: stepwise, without jumps, several branches in parallel."""
+"""Tracking of a curve from first configurations, stepwise, without jumps."""
 
 from collections.abc import Generator
 from contextlib import contextmanager

@@ -18,7 +18,7 @@ SMALL = 1e-16
 class SymbolicKinematics:
     """Forward kinematics of a reduced model as expressions.
 
-    Derivatives of expressions made of them are automatic: `casadi.jacobian(expression, k.q)`.
+    Derivatives: `casadi.jacobian(expression, k.q)`.
 
     Attributes:
         q: The group's positions, symbols, shape (n, 1) [rad | m].
