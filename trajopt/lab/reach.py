@@ -241,7 +241,6 @@ class CurveMap(Value):
     """Reach along a curve, for turns of the frame about the axis of its spin.
 
     Attributes:
-        lengths: Along the curve, shape (m,) [m].
         spins: Turns from the orientation of the curve, shape (k,) [rad].
         cells: Place in `CAUSES` of each point and spin, shape (m, k).
     """
@@ -291,8 +290,8 @@ def curve_map(
 ) -> CurveMap:
     """Map the points of a curve that a frame reaches, for each turn about the axis of its spin.
 
-    A cell is evidence: its configurations are the ends of searches from random starts and from the
-    configurations of its neighbours. Whether they connect is not examined.
+    A cell is evidence: searches begin at random starts and at the configurations of its neighbours. Whether
+    these connect is not examined.
 
     Args:
         required: The curve; without a free spin the map has turns about z of the frame.

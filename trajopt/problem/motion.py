@@ -1,4 +1,4 @@
-"""Motion: knots, the samples between them, and their kinematics, evaluated once for all terms."""
+"""Knots, the samples between them, and their kinematics, evaluated once for all terms."""
 
 from dataclasses import dataclass
 from functools import cached_property

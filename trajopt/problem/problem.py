@@ -48,7 +48,6 @@ class Problem(Value):
     """A planning problem: from a start to a goal under constraints, at least cost.
 
     Attributes:
-        scene: Robot and environment, with the clearances to keep.
         start: State name (of the group; other groups take their state of that name), joint -> position
             [rad | m], positions of the group's joints or of all joints, or a plan or result, whose end is
             taken. Unnamed joints are as near to zero as their limits allow; mimic joints follow.
@@ -65,16 +64,15 @@ class Problem(Value):
         costs: Terms to minimise; squared velocity and acceleration by default.
         knots: Number of knots of the path, 3 to 2000. 0 selects 24, or 48 for a base with driven wheels, or 8
             for each leg between waypoints if that is more. Twice as many if the judge refuses the motion.
-        velocity_scaling: Factor in (0, 1] on the velocity limits.
-        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        velocity_scaling, acceleration_scaling: Factors in (0, 1] on the limits.
         start_velocity: Joint of the group -> start velocity [rad/s | m/s]; other joints are at rest.
         start_acceleration: Joint of the group -> start acceleration [rad/s^2 | m/s^2]; zero for others.
         dwell: Time for which the robot stays clear at the goal, at rest, after the end [s]. With a moving
             goal the motion includes this time: it follows the goal and ends at rest relative to it.
         finish_by: Deadline at the goal, on a clock that shows 0 at the start of the motion [s]; none by
             default.
-        evaluator: Computes kinematics and distances for planning; the native evaluator by default. It is
-            code, which files cannot contain, and the judge does not use it.
+        evaluator: Computes kinematics and distances for planning; the native evaluator by default. Files
+            cannot contain it, and the judge does not use it.
         degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and in
             joint positions by name in `goal` and `waypoints`.
     """
@@ -344,7 +342,7 @@ def _words(item: PathConstraint) -> str:
 def named_problem(name: str) -> Problem:
     """Return an installed problem by name ("cup_past_pillar").
 
-    Names come from the entry-point group `trajopt.problems`, so any package can add some.
+    The entry-point group `trajopt.problems` adds names.
 
     Raises:
         ProblemNotFound: If the name is unknown.

@@ -147,7 +147,6 @@ def import_subject(kind: type[Requirement], package: str) -> None:
 
     Args:
         kind: Class of a requirement, such as `trajopt.problem.requirements.frames.Gaze`.
-        package: Package with a module of the same name, `frames`.
     """
     for base in kind.__mro__:
         home, _, subject = base.__module__.rpartition(".")

@@ -1,4 +1,4 @@
-"""Residual: the protocol of every term, and its two roles, cost and constraint."""
+"""The protocol of every term, and its two roles, cost and constraint."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable

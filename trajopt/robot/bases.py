@@ -112,7 +112,7 @@ def planar_base(
 
     They replace a planar or floating joint of the SRDF (`virtual_joint`) or of the URDF, and belong to its
     groups. Without such a joint they carry the whole robot. The speeds of x and y are limited separately, as
-    in MoveIt; `tool_speed` on a link of the base limits the speed itself.
+    in MoveIt.
 
     A base of `Drive.DIFFERENTIAL` cannot move sideways: the origin of its link moves along the link's x axis
     only. The judge proves that wheels driven at the planned forward speed and yaw rate, without feedback,
@@ -126,7 +126,7 @@ def planar_base(
         name: The joint that they replace; needed if there are several. Without such a joint, the prefix of
             their names ("base" by default).
         groups: Groups that move the base, beyond those of the SRDF.
-        drift: Largest deviation of a rolling base from the planned motion, > 0 [m].
+        drift: As above, > 0 [m].
         degrees: Whether yaw, its velocity and its acceleration are in degrees.
 
     Raises:
@@ -167,8 +167,6 @@ def rail(
     groups: Sequence[str] = (),
 ) -> MovingBase:
     """Make a rail: one prismatic joint between the world and the robot.
-
-    A rail part of the URDF is an ordinary joint and needs no base.
 
     Args:
         axis: Its direction in the world, shape (3,); scaled to length one.

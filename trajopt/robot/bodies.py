@@ -163,9 +163,9 @@ def convex_pieces(
     The mesh becomes its hull if that protrudes by at most `tolerance`, or adds at most `hull_excess` of
     volume and protrudes by at most twice the tolerance. Otherwise it is cut until no piece protrudes farther
     than 1.2 times `tolerance` at test points of the hull, and 1.55 times anywhere, unless `max_pieces` or the
-    allowed work is exceeded; the work is counted, not timed. So a distance to the pieces is at most the true
-    one, and smaller by at most `reach`. Pieces may fill places that a ball of radius `tolerance` cannot enter
-    from outside. An open mesh is a thin sheet.
+    allowed work is exceeded. So a distance to the pieces is at most the true one, and smaller by at most
+    `reach`, except in places that a ball of radius `tolerance` cannot enter from outside. An open mesh is a
+    thin sheet.
 
     Args:
         mesh: Closed or open, of one or many parts, which may overlap.
@@ -227,7 +227,7 @@ _LOG = logging.getLogger("trajopt.robot")
 class CoverProgress:
     """Reports the number of covered meshes after a second of wall time, then every two seconds.
 
-    The lines go to the logger "trajopt.robot" as warnings: the first load is slow, later ones are not.
+    The lines go to the logger "trajopt.robot" as warnings.
     """
 
     total: int
@@ -277,11 +277,7 @@ class CollisionBody(Value):
 
 @dataclass(frozen=True, eq=False)
 class RobotBodies:
-    """The collision bodies of a robot's links.
-
-    Attributes:
-        bodies: The bodies, in the order of the links' shapes.
-    """
+    """The collision bodies of a robot's links."""
 
     bodies: tuple[CollisionBody, ...]
     mesh_notes: tuple[str, ...]

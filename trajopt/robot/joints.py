@@ -48,7 +48,6 @@ class Anchor:
     """A frame that moves with a joint.
 
     Attributes:
-        joint: Joint of the reduced model that carries it; 0 is the world.
         placement: Of the frame in that joint's frame.
     """
 
@@ -65,7 +64,6 @@ class FixedBody:
 
     Attributes:
         owner: The link or object that it is part of.
-        joint: Joint of the reduced model that carries it; 0 is the world.
         placement: Of the shape in that joint's frame.
     """
 

@@ -58,10 +58,8 @@ def load(
         robot: A name, or the path of a URDF, xacro or MJCF file, or of the folder of a MoveIt configuration
             with URDF, SRDF and joint limits.
         srdf: For a path or a description: MoveIt's semantic description.
-        limits: For a path or a description: MoveIt's `joint_limits.yaml`.
         package_dirs: For a path or a description: folders with the packages of `package://` meshes.
-        xacro: For a xacro file: its arguments by name. The file is expanded in a child process that reads
-            only its own folder, its packages and `package_dirs`.
+        xacro: For a xacro file: its arguments by name.
         meshes: For a path or a description: how collision meshes become convex.
         base: For a path or a description: a moving base, made by `trajopt.bases`; a fixed base if None.
         torque_scaling: Factor on the torque limits, see `Robot.with_torque_scaling`; inf turns them off.

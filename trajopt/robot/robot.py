@@ -1,4 +1,4 @@
-"""Robot: kinematics, limits, groups, named states and collision bodies of one arm or several."""
+"""Kinematics, limits, groups, named states and collision bodies of one arm or several."""
 
 from __future__ import annotations
 
@@ -136,7 +136,6 @@ class Robot(Value):
         passive_joints: Joints without a drive.
         disabled_pairs: Link pairs never checked for collision.
         frames: Tool frames by name, beyond the links.
-        mesh_notes: A note on the cover of each link's mesh (hull, convex pieces, exact mesh).
         notes: Sentences on skipped or reinterpreted parts of the files.
         left_out: The reason for each skipped group or named state, by its name.
         base: The connection of the robot to the world.
@@ -247,10 +246,10 @@ class Robot(Value):
         """Load a robot from MuJoCo's file format (MJCF).
 
         Bodies become links, colliding geoms their collision shapes, and geoms of the world links part of the
-        robot. Pairs that MuJoCo does not check are not checked. A joint coupled by an equality constraint
-        becomes a mimic joint, force ranges of actuators become torque limits, and joints without an actuator
-        are in no group if others have one. Named key frames become states of the group "all". Free joints are
-        fixed at their position. `notes` lists the skipped parts. Further arguments are as for `from_urdf`.
+        robot. A joint coupled by an equality constraint becomes a mimic joint, force ranges of actuators
+        become torque limits, and joints without an actuator are in no group if others have one. Named key
+        frames become states of the group "all". `notes` lists the skipped parts. Further arguments are as for
+        `from_urdf`.
 
         Args:
             limits: MoveIt's `joint_limits.yaml`: MJCF has no velocity limits.

@@ -73,7 +73,7 @@ class _Measured:
 class FollowJointTrajectoryExecutor:
     """Drives a robot through rosbridge, by the action `FollowJointTrajectory` and the topic of joint states.
 
-    See docs/drivers.md#a-robot-in-ros. The executor's clock is the ROS stamps', which must run in real time.
+    Its clock is the ROS stamps', which must run in real time. See docs/drivers.md#a-robot-in-ros.
     """
 
     def __init__(

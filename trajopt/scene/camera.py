@@ -246,12 +246,10 @@ class Camera(Value):
     """A depth camera, fixed in the world or on a robot.
 
     Attributes:
-        intrinsics: Viewing directions of its pixels.
         frame: "world", a link, a tool frame or an object of the scene.
         placement: Of its optical frame (x right, y down, z forward) in that frame.
         nearest: Smallest measurable depth [m].
         farthest: Largest measurable depth [m].
-        noise: Standard deviation of depths.
     """
 
     intrinsics: Intrinsics

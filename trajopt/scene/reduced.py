@@ -129,8 +129,7 @@ class ReducedModel:
     def derived(self, build: Callable[[ReducedModel], T]) -> T:
         """Return a function's result for this model, computed at the first call.
 
-        All starts with the same fixed joints share it, so it must not depend on the group's start positions,
-        nor refer to the model or its scene.
+        All starts with the same fixed joints share it: it must not depend on the group's start positions.
         """
         kept = _kept(self.collision_model)
         if build not in kept:
@@ -140,8 +139,7 @@ class ReducedModel:
     def derived_of_robot(self, build: Callable[[ReducedModel], T]) -> T:
         """Return a function's result for the robot alone, computed at the first call.
 
-        All scenes with the same robot and fixed joints share it, so it must not depend on objects or start
-        positions, nor refer to the model.
+        All scenes with the same robot and fixed joints share it: it must not depend on objects or starts.
         """
         kept = _kept_of_robot(self.model)
         if build not in kept:

@@ -101,7 +101,6 @@ class ReducedRobot:
     """A robot with only one group's joints free.
 
     Attributes:
-        model: As in `ReducedModel`.
         anchors: Carrying joint and placement of links, tool frames and the world, by name.
         driven: Joints driven by time, which carry dynamic obstacles; None to leave these out.
     """

@@ -111,7 +111,6 @@ class Scene(Value):
         margin: Default margin of the optimiser [m]. Groups that reach less than half a metre keep at most a
             fiftieth of their reach, unless more than the default is requested.
         clearances: Required clearances: no motion is verified that violates them.
-        allowances: Temporary intended contacts.
         tools: Tool frames of this scene, by name, as objects without a shape.
         kind_margins: Margins of kinds of pairs that differ [m].
         model_error: Difference of the robot from its description; a motion is proven for every such robot.
@@ -222,7 +221,7 @@ class Scene(Value):
         )
 
     def at(self, time: float) -> Scene:
-        """Return the scene with its clock advanced: `time` becomes 0. For a motion that starts later.
+        """Return the scene with its clock advanced: `time` becomes 0.
 
         Raises:
             ShapeError: If the time is negative, or after the end of an object's prediction.
@@ -438,8 +437,7 @@ class Scene(Value):
         """Add another robot that moves as planned: `scene.with_robot_in_motion("left", plan, base=...)`.
 
         Each of its links with a shape, and its attached objects, become objects such as "left/link7", on a
-        track with a proven bound on the error (see `trajopt.scene.track`). Before the motion it rests at its
-        start, afterwards at its end.
+        track with a proven bound on the error (see `trajopt.scene.track`).
 
         Args:
             name: Prefix of the objects' ids.
@@ -719,7 +717,7 @@ class Scene(Value):
         mounting: tuple[float, float] = (0.0, 0.0),
         payload: float = 0.0,
     ) -> Scene:
-        """Require that a motion holds for every robot that differs from its description by no more than this.
+        """Require that a motion holds for every robot that differs by no more than this.
 
         Clearances and torques are proven for all of these robots, goals and requirements of frames for the
         described one (docs/goals-and-scenes.md#model-errors).

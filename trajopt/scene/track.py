@@ -179,7 +179,6 @@ class Track(Value):
             motion: A plan, a result with one, or a reduced model.
             frame: Link or tool frame of that robot, or an object that it carries.
             reach: Largest distance of points that move with the frame from its origin [m].
-            tolerance: Largest error [m].
 
         Raises:
             PlanningFailed: If the result has no plan.

@@ -57,9 +57,6 @@ def trajectory_of(answer: Mapping[str, Any]) -> Trajectory | None:
 def task_result_of(answer: Mapping[str, Any], robot: Robot) -> TaskResult:
     """Return the result in an answer of `task` with `result=True`; its motions are judged here.
 
-    Args:
-        robot: The robot of the session, loaded here.
-
     Raises:
         FileFormatError: If the answer has no result, or a motion is not proven for this robot.
     """

@@ -25,7 +25,6 @@ class Assignment(Value):
 
     Attributes:
         moved: Receives the robot's positions while it is driven [rad | m].
-        driven: Whether another request drives the session's robot.
     """
 
     operation: str

@@ -31,7 +31,6 @@ class Limits(Value):
         grace: Time that a process has to end before it is killed [s].
         memory: Memory of one request, beyond the present memory of its process [bytes].
         bodies: Total size of all requests in progress [bytes].
-        cloud: Points of a cloud in a request.
         idle: Idle time after which the longest unused session is removed if there are too many [s].
     """
 

@@ -161,19 +161,18 @@ def simulate(
     """Execute a plan in MuJoCo, or any trajectory of a reduced model.
 
     The robot follows the trajectory under a computed-torque controller within the effort limits of the group,
-    and holds the end for the settling time. The controller knows the masses exactly, so errors are due to
-    torque limits, contacts or jumps of the trajectory. Dynamic obstacles are present at their times, exactly
-    on their tracks, and do not yield.
+    and holds the end for the settling time. The controller knows the masses exactly. Dynamic obstacles are
+    exactly on their tracks and do not yield.
 
-    If a joint moves no mass, as the description has no inertias, the robot is placed on its plan at each time
-    instead: contacts are found, torques are zero, and a note reports it.
+    If a joint moves no mass, the robot is placed on its plan at each time instead, with a note: contacts are
+    found, torques are zero.
 
     Of a task, or of a pick and place, all motions are executed in one world, where only friction holds the
     objects that the gripper picks.
 
     Args:
-        motion: A plan, or a result with a plan; the result of a task or of a pick and place; or the reduced
-            model (robot and scene) of a trajectory. Joints outside the group are at rest.
+        motion: A plan, or a result of one or several motions; or the reduced model of a trajectory. Joints
+            outside the group are at rest.
         trajectory: Of the group's joints, in any order; the one of the plan if None.
 
     Raises:

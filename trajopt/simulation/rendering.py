@@ -68,7 +68,7 @@ def render(
 
     Args:
         subject: A plan, a result with one or several motions, a simulated motion, a problem; or a reduced
-            model (robot and scene).
+            model.
         motion: The file; or, for a reduced model, the motion, simulated or planned. A simulated sequence has
             its own reduced model.
         path: The file, after a motion; its suffix selects the format.

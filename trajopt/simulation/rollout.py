@@ -124,7 +124,6 @@ class Rollout(Value):
         positions: Of the group, shape (k, n) [rad | m].
         torques: Of the motors, shape (k, n) [Nm | N].
         tracking_error: Over all steps of the motion, stored or not; without the settling time.
-        contacts: Contacts that the scene does not allow.
         saturated: Joint -> time for which its motor was at its limit [s]; only those above zero.
         diverged: Time at which the simulation diverged [s]; None if it did not.
         notes: Differences of the MuJoCo model from robot and scene.
@@ -323,7 +322,6 @@ class Friction:
 
     Attributes:
         pads: Coefficient between object and fingers.
-        others: Coefficient between object and other bodies.
         torsional: Coefficient against turning about the normal, for all contacts: about the radius of the
             contact patch [m].
     """

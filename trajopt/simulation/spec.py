@@ -145,7 +145,7 @@ def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
     """Diagonalise an inertia in the frame of the body, and correct moments impossible for a rigid body.
 
     A principal moment is at most the sum of the other two; MuJoCo rejects others, which occur in robot files.
-    They are replaced by the nearest possible moments (least squares).
+    The nearest possible moments replace them (least squares).
     """
     moments, axes = np.linalg.eigh(np.array(inertia.inertia))
     if np.linalg.det(axes) < 0.0:

@@ -1,4 +1,4 @@
-"""Retiming: from a path q(s) to the fastest trajectory q(t) along it within the joint limits."""
+"""From a path q(s) to the fastest trajectory q(t) along it within the joint limits."""
 
 from trajopt.timing.retiming import (
     DeviationBound,

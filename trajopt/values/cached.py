@@ -20,8 +20,8 @@ Made = TypeVar("Made")
 def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
     """Return a function that computes its result once for each value, as long as the value exists.
 
-    The result must be immutable, and must not refer to the value, which would then never be freed; use
-    `cached_in_value` for that. Two threads that call it simultaneously may both compute it.
+    The result must be immutable, and must not refer to the value, which would then never be freed
+    (`cached_in_value` permits it). Two threads may both compute it.
     """
     made: dict[int, tuple[ref[Owner], Made]] = {}
     atexit.register(made.clear)  # what the cores made must not outlive the interpreter
@@ -64,8 +64,7 @@ Value = TypeVar("Value")
 class LruCache(Generic[Key, Value]):
     """The values of the most recently used keys.
 
-    Keys are compared one by one, so they need no hash. Threads may share a cache: at worst a value is
-    computed twice.
+    Keys need no hash. Threads may share a cache: at worst a value is computed twice.
     """
 
     def __init__(self, size: int) -> None:

@@ -1,4 +1,4 @@
-"""Curve: the path of a frame, as polynomial pieces and arcs over arc length.
+"""The path of a frame, as polynomial pieces and arcs over arc length.
 
 Rotations are R(u) = R_0 exp(w(u)) with polynomials w, so that a turn at constant rate about one axis (slerp)
 is of degree one.
@@ -39,7 +39,6 @@ class Piece(Value):
 
     Attributes:
         points: Control points, shape (d + 1, 3) [m].
-        rotation: Reference rotation of the rotation vectors, shape (3, 3).
         turns: Control points of rotation vectors, shape (e + 1, 3) [rad].
         cosine: Radius vector of an arc at its start, shape (3,) [m]; zero if the piece is not an arc.
         sine: Radius vector of the arc a right angle later, shape (3,) [m].

@@ -1,4 +1,4 @@
-"""Placement: pose of one frame relative to another (an element of SE(3)), and rotations."""
+"""The pose of one frame relative to another (an element of SE(3)), and rotations."""
 
 from __future__ import annotations
 

@@ -86,7 +86,6 @@ class Trajectory(Value):
     (as `trajectory_msgs/JointTrajectory` is executed).
 
     Attributes:
-        joint_names: Names of the n joints.
         times: Time of each point from the start, increasing from 0, shape (k,) [s].
         positions: Shape (k, n) [rad | m].
         velocities: Shape (k, n) [rad/s | m/s], or None.
@@ -204,8 +203,7 @@ class Trajectory(Value):
 
         The times are 0, 1/hz, 2/hz, ... and the duration, so the last step may be shorter than the others, or
         longer by a hundredth; positions, velocities and accelerations have shape (k, n). At these times the
-        values are exact; between them the result is a quintic that approximates the motion. `judge` checks
-        whether it still meets all requirements.
+        values are exact; between them the result approximates the motion, so judge it again.
 
         Raises:
             ShapeError: If the rate is not positive, or leads to more than a million samples.

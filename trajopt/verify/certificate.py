@@ -155,7 +155,6 @@ class Certificate:
             Without a proof, the smallest measured distance. Infinite without pairs.
         at_fault: The clearance while the robot moves a body of the pair: an obstacle that approaches a link
             at rest is not its fault. Equals `clearance` in a static scene [m].
-        pairs: Pairs that come close, nearest first.
         unproven: First interval and pair without a proof of clearance, if any.
         required: Smallest and largest required clearance [m].
         margin: Smallest and largest clearance that the optimiser aimed at; not judged [m].

@@ -211,7 +211,7 @@ def verify(
     finish_by: float | None = None,
     options: VerifyOptions = _DEFAULT,
 ) -> Certificate:
-    """Judge a trajectory: prove its requirements for all times, not only at samples.
+    """Judge a trajectory at all times.
 
     Args:
         reduced: Robot with the group's joints free, in its scene, at its start state.

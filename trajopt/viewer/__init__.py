@@ -1,7 +1,4 @@
-"""Views of motions: in the browser, and as plots over time.
-
-Pages need the extra `view`.
-"""
+"""Views of motions in the browser (extra `view`), and as plots over time."""
 
 from trajopt.viewer.explained import draw_explanation as draw_explanation
 from trajopt.viewer.live import LiveView as LiveView

@@ -45,8 +45,7 @@ def draw_explanation(
 ) -> Path:
     """Draw the cause of a failure: the configuration that shows it, with the pair in contact in red.
 
-    Translucent: the nearest free configuration, or else the best path, or the start; for a plan its motion. A
-    dynamic obstacle is drawn in the middle of the interval during which it blocks.
+    Translucent: the nearest free configuration, or else the best path, or the start; for a plan its motion.
 
     Args:
         width: Of the picture without the text [pixels], as `height`.

@@ -24,9 +24,8 @@ LOCAL_NAMES = frozenset(("localhost", "127.0.0.1", "::1"))
 class PageGuard:
     """Checks each request for a page before it is answered, and each WebSocket before it opens.
 
-    Any web page can open a WebSocket to a port of this machine: browsers do not apply the same-origin policy
-    to it (RFC 6455, section 10.2). And a foreign page can map its own name to this machine's address (DNS
-    rebinding).
+    Browsers do not apply the same-origin policy to WebSockets (RFC 6455, section 10.2), and a foreign page
+    can map its own name to this machine's address (DNS rebinding).
 
     Attributes:
         secret: First part of the path of each request.

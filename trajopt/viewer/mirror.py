@@ -43,7 +43,6 @@ class RemoteState(Value):
     """State of a remote robot.
 
     Attributes:
-        positions: Of all joints, shape (number of joints,) [rad | m].
         ahead: Positions of all joints along the rest of its motion, shape (k, number of joints); None
             if unknown.
     """

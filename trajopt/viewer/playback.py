@@ -177,8 +177,7 @@ def view(
     """Serve a page that shows a plan, a task, or any trajectory of a reduced model; returns immediately.
 
     Args:
-        motion: A plan, or a result with one; the result of a task or of a pick and place; or the reduced
-            model (robot and scene) of a trajectory.
+        motion: A plan, or a result of one or several motions; or the reduced model of a trajectory.
         trajectory: The motion of the group's joints; the plan's own if None.
         port: The next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines view the page too.

@@ -52,7 +52,6 @@ def plot_motion(
     """Draw a motion over time: positions, speeds, clearance, and tilt or accelerations; return the path.
 
     Args:
-        path: The image; its suffix selects the format (PNG without one).
         constraints: Path constraints; axis alignments are drawn.
 
     Raises:
@@ -209,7 +208,6 @@ def plot_path_time(
     (`trajopt.planning.forbidden_times`).
 
     Args:
-        path: The image; its suffix selects the format (PNG without one).
         until: End of the time axis [s]; 1.5 times the duration of the motion if None.
 
     Raises:
@@ -261,9 +259,6 @@ def plot_reach(reach: ReachMap, path: Path | str) -> Path:
     manipulability in it; unreached cells are white. The upright cuts go through the origin (a cross) if it is
     inside, the level one through the layer with most directions.
 
-    Args:
-        path: The image; its suffix selects the format (PNG without one).
-
     Raises:
         FileFormatError: If the suffix is not an image format.
     """
@@ -295,9 +290,6 @@ REACH_COLOURS = ("#4c9f70", "#f2c14e", "#c8553d", "#c9ced6")
 @checked
 def plot_curve_map(reach: CurveMap, path: Path | str) -> Path:
     """Draw the reach along a curve, position by spin, coloured by cause; return the path.
-
-    Args:
-        path: The image; its suffix selects the format (PNG without one).
 
     Raises:
         FileFormatError: If the suffix is not an image format.

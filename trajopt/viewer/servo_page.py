@@ -1,7 +1,6 @@
 """The browser as an input of a servo: sliders for tool and joints, a gizmo, a speed, a dead man's button.
 
-The robot stops when the button is released, or the connection is lost. Sliders range from -1 to 1:
-`ServoOptions.scaling` and `turning` convert to m/s and rad/s.
+Sliders range from -1 to 1: `ServoOptions.scaling` and `turning` convert to m/s and rad/s.
 """
 
 import threading

@@ -303,11 +303,7 @@ Plan = Callable[[Problem], Result]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Remedy:
-    """A change that makes a problem solvable, while half of it does not: both were planned.
-
-    Attributes:
-        half: The failure with half of the change.
-    """
+    """A change that makes a problem solvable, while half of it does not: both were planned."""
 
     words: str
     what: str

@@ -185,7 +185,6 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
 
     Args:
         positions: The configuration that is not free, shape (n,) [rad | m].
-        moment: The start or the end, at which some contact may be intended.
 
     Returns:
         The nearest one found, or None.
@@ -269,9 +268,8 @@ class _Obstacle:
 def conflict_at_goal(problem: Problem, blocks: Sequence[Obstruction]) -> tuple[str, ...]:
     """Return a minimal set of requirements and obstacles that exclude each other at the goal, in words.
 
-    Joint limits and the robot's clearance from itself always count. The deletion filter of
-    `trajopt.planning.seeds.conflicting`, with obstacles among the deleted items. Empty if other parts of the
-    scene block the goal too.
+    Joint limits and the robot's clearance from itself always count. Empty if other parts of the scene block
+    the goal too.
 
     Args:
         blocks: Contacts at the goal, the most likely obstacles first.

@@ -165,8 +165,8 @@ class Price:
 def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
     """Return the prices of a verified motion's active constraints, the largest first.
 
-    The motion's own program is solved again, tightly, from its end; prices in seconds compare the timed
-    motions of that solution and of one with a slightly relaxed constraint.
+    The motion's own program is solved again, tightly; prices in seconds compare the timed motions of that
+    solution and of one with a slightly relaxed constraint.
 
     Args:
         result: Of the method `Knots`; others have no prices.
@@ -184,7 +184,6 @@ def path_prices(problem: Problem, knots: Floats, *, seconds: bool) -> tuple[Pric
 
     Args:
         knots: The path of a verified motion, shape (K, n) [rad | m].
-        seconds: Whether to solve and time relaxed problems too.
     """
     base = _Solved.of(problem, knots)
     at = base.multipliers

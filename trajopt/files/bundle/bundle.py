@@ -133,11 +133,9 @@ def save(
     """Write a result, a plan or a problem as a bundle, with visual meshes.
 
     Args:
-        what: A result (success or failure), a plan, or a problem; or the result of a task, of a pick and
-            place, or of following a curve, which `read_result` reads.
-        path: By convention with the extension ".trajopt".
-        explained: Whether to include the explanation of a failure (`Result.explain`), which may take seconds.
-        proof: Whether to include a proof of the motion (docs/proofs.md), which takes some 0.2 s.
+        what: A result, a plan, or a problem; or a result of several motions, which `read_result` reads.
+        explained: Whether to include the explanation of a failure, which may take seconds.
+        proof: Whether to include a proof of the motion (docs/proofs.md).
 
     Raises:
         ModelError: If the problem contains code of the caller, which a file cannot hold.
@@ -284,8 +282,7 @@ def _json(document: object) -> bytes:
 def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle:
     """Read a bundle.
 
-    Reading creates only data and runs no code from the file. Verdicts are ignored: `Bundle.judged` verifies
-    the motion.
+    Reading runs no code from the file. Verdicts are ignored: `Bundle.judged` verifies the motion.
 
     Args:
         meshes: Folder for unpacking the visual meshes; None leaves them packed.

@@ -2,7 +2,7 @@
 
 To the documents of `trajopt/values/documents/codec.py` it adds `{"array": name}`, `{"file": name}` and
 `{"kinematics": {...}}`. Its containers are a zip (`Archive`), one JSON message (`message`) and the files of a
-campaign, named after the hash of their content.
+campaign.
 """
 
 import json
@@ -168,7 +168,7 @@ _OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshRefe
 
 @cache
 def bundle_kinds() -> Kinds:
-    """Return the classes whose values bundles contain: of problems and of planning arguments."""
+    """Return the classes whose values bundles contain."""
     return {
         **model_kinds(),
         **kinds_in(

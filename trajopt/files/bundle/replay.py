@@ -46,12 +46,8 @@ class Replay(Value):
 def replay(bundle: Bundle, *, method: Method | str | None = None) -> Replay:
     """Plan a bundle's problem again with the stored arguments, and compare the results.
 
-    Args:
-        method: As in `plan`; the stored method when None. A method with its own options is not stored and
-            must be passed again.
-
     Raises:
-        ModelError: If the bundle was planned by a method with its own options, and none is given.
+        ModelError: If the bundle was planned by a method with its own options, which must be passed again.
     """
     arguments = bundle.arguments or PlanArguments()
     if bundle.custom_method and method is None:

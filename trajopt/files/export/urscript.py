@@ -177,8 +177,7 @@ class UrProgram:
     """A task as one program.
 
     A curve is a section of `movel` and `movep` at the speed of the motion; other motions are streams of
-    `servoj`. While an object is attached, `grip` is on; on a curve, `process` is on. Motions of the fingers
-    are rests of their duration.
+    `servoj`. While an object is attached, `grip` is on; on a curve, `process` is on.
 
     Attributes:
         grip: Standard digital output of the gripper, 0 to 7; the program pauses with a message if None.

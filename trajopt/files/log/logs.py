@@ -1,6 +1,6 @@
 """Logs: messages with their times and topics, of Foxglove's schemas and two of our own.
 
-Viewers know Foxglove's messages by their names; https://docs.foxglove.dev/docs/sdk/schemas describes them.
+Schemas: https://docs.foxglove.dev/docs/sdk/schemas.
 """
 
 import json

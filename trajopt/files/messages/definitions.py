@@ -1,8 +1,7 @@
 """The messages of ROS that trajopt reads and writes, as a table.
 
-Each entry reads `Name: type field, field; type field; ...`. Types are ROS' plain types or names of messages;
-`[]` marks an array. Names in capitals are constants. Fields without a stated default are zero, false or
-empty, as in ROS.
+Each entry reads `Name: type field, field; type field; ...`. `[]` marks an array, capitals constants. Fields
+without a stated default are zero, false or empty, as in ROS.
 
 Source: the `.msg`, `.srv` and `.action` files of ROS 1 Noetic and ROS 2 Jazzy, with the fields of both.
 """

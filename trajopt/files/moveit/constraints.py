@@ -168,9 +168,8 @@ def _along_header(
 def read_visibility(node: Node, scene: Scene, reading: Reading) -> tuple[Requirement, ...]:
     """Return the requirements of a visibility constraint.
 
-    The range angle becomes a gaze: the line to the target lies within a cone about the sensor's axis. The
-    view angle becomes an alignment of the sensor's axis with the target's -z. Obstacles in the cone are not
-    checked, which is noted.
+    The range angle becomes a gaze, the view angle an alignment of the sensor's axis with the target's -z.
+    Obstacles in the cone are not checked, which is noted.
 
     Source: MoveIt, `kinematic_constraints::VisibilityConstraint::decide`.
     """
@@ -247,7 +246,7 @@ def reads_constraints(field: str) -> Callable[[ConstraintReader], ConstraintRead
     """Register a reader for an additional field of constraints messages.
 
     `@reads_constraints("gap_constraints")` marks a function that converts one element of the field to
-    requirements. Its module is imported like the modules of other kinds of requirements.
+    requirements.
     """
 
     def register(reader: ConstraintReader) -> ConstraintReader:

@@ -32,7 +32,6 @@ class ObjectMessage:
     """A collision object message.
 
     Attributes:
-        operation: ADD, REMOVE, APPEND or MOVE.
         placement: Of the object in the frame of its header.
     """
 

@@ -117,7 +117,6 @@ class SceneFile:
 
     Attributes:
         state: Joint positions given in the file, by joint [rad | m].
-        world_names: Frame ids that mean the world in this file.
         notes: Sentences on omissions and deviations from the file.
     """
 

@@ -184,8 +184,8 @@ def _fixed_frames(scene: Scene, frame: str) -> list[msg.TransformStamped]:
 def write_scene(path: Path | str, scene: Scene, positions: Floats) -> None:
     """Write a scene as `moveit_msgs/PlanningScene`: JSON if the file name ends in .json, else YAML.
 
-    This message cannot represent margins, clearances by kind or by name, temporary allowed contacts and
-    motions; a bundle can (`result.save`).
+    It loses margins, clearances by kind or name, temporary contacts and motions; a bundle does not
+    (`result.save`).
 
     Raises:
         FileFormatError: If the file cannot be written.

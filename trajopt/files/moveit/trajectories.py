@@ -238,9 +238,8 @@ def _rates(node: Node) -> tuple[float, float, float]:
 def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
     """Write a trajectory as `moveit_msgs/RobotTrajectory`: JSON if the file name ends in .json, else YAML.
 
-    Points are at whole nanoseconds (`on_whole_nanoseconds`); numbers are written exactly. A planar base
-    (joints `NAME/x`, `NAME/y` and `NAME/theta`) is written as in MoveIt: as a joint of several degrees of
-    freedom, by its transforms, which lose full turns.
+    Points are at whole nanoseconds (`on_whole_nanoseconds`); numbers are written exactly. A planar base is
+    written as in MoveIt: as a joint of several degrees of freedom, by its transforms, which lose full turns.
     """
     write_message(path, trajectory_document(trajectory_message(trajectory)))
 

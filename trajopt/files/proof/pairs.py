@@ -177,7 +177,6 @@ class Pairs:
         excused: Two owners, and the reason why they need not keep apart.
         changes: Objects that are not always there, or only near their place.
         contacts: Owners that keep apart only from the first time until the second [s].
-        first_driven: The first joint of a track.
     """
 
     parts: tuple[BodyPart, ...]

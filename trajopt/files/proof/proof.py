@@ -261,7 +261,6 @@ def prove(problem: Problem, trajectory: Trajectory) -> MotionProof:
     Requirements without a rule in the format are listed in it as judged, not part of the proof.
 
     Args:
-        problem: The problem, with one goal.
         trajectory: Of the group's joints, with velocities.
 
     Raises:

@@ -41,7 +41,6 @@ class RequirementRecord:
     Attributes:
         shown: Finds intervals; None for one of the end alone.
         shortest: Shorter intervals are not cut for its sake [s].
-        words: Names it if it cannot be shown, and is only judged.
         times: Moments that the grid must have [s].
     """
 

@@ -40,7 +40,7 @@ class StandingMotion:
     """A verified motion, prepared for questions about scenes in which objects have moved.
 
     The fast kernel checks pairs of moved objects, with balls around the robot's parts over intervals of time.
-    If these do not suffice, and after other changes, the judge verifies the motion again.
+    Otherwise the judge verifies the motion again.
     """
 
     def __init__(self, problem: Problem, trajectory: Trajectory) -> None:

@@ -3,7 +3,7 @@
     from trajopt.lab.campaign import Campaign, random_motions, run_campaign
     run_campaign(Campaign("reach", [random_motions(scene, 10_000)]), "out/reach")
 
-`resume_campaign` continues an interrupted one; `CampaignFolder.open(folder).rows()` yields the results.
+`CampaignFolder.open(folder).rows()` yields the results.
 """
 
 from trajopt.lab.campaign.campaign import Campaign as Campaign

@@ -45,7 +45,7 @@ class Options:
 
     @property
     def budget(self) -> Budget:
-        """The bounds as a budget of CPU time, as processes share the cores."""
+        """The bounds as a budget of CPU time."""
         return Budget(self.seconds, self.work, self.attempts, clock=time.process_time)
 
     def plan(self, problem: Problem, seed: int) -> Result:

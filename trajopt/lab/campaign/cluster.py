@@ -32,7 +32,7 @@ class Ray:
 
     Attributes:
         address: Of a running cluster, such as "10.0.0.1:6379", or "auto" on one of its machines; if empty, a
-            cluster is started on this machine, and ended with the campaign.
+            cluster is started on this machine.
     """
 
     address: str = ""

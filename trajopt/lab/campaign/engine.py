@@ -91,11 +91,7 @@ MARK = Struct("<Qd")
 
 @dataclass(frozen=True)
 class Setup:
-    """Initial message to a worker.
-
-    Attributes:
-        documents: Shared values: their folder, or the members of each document by its key.
-    """
+    """Initial message to a worker."""
 
     documents: Documents
     options: tuple[Options, ...]

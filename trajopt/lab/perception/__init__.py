@@ -1,6 +1,6 @@
-"""Perception: measurements of cameras as obstacles, with stated assumptions.
+"""Measurements of cameras as obstacles.
 
-A motion is proven clear of the measured points, each with its ball, never of the world.
+A motion is proven clear of the measured points, never of the world.
 """
 
 from trajopt.lab.perception.calibration import Mount as Mount

@@ -1,4 +1,4 @@
-"""Calibration of a camera from files: its `camera_info`, and its mounting by hand-eye calibration."""
+"""A camera's `camera_info` and hand-eye calibration, from files."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -57,7 +57,7 @@ DEFAULT = Clustering()
 def clusters(cloud: Points, clustering: Clustering = DEFAULT) -> tuple[Cluster, ...]:
     """Return the connected parts of a cloud, the largest first.
 
-    Points in no cluster must stay in the cloud; a cluster's points may be replaced by its box.
+    A cluster's points may be replaced by its box.
     """
     found: list[Cluster] = []
     for own in groups(cloud.points, clustering.gap):
@@ -79,7 +79,7 @@ def without(cloud: Points, parts: tuple[Ints, ...]) -> Points | None:
 def groups(points: Floats, gap: float) -> list[Ints]:
     """Return the indices of connected points, the largest group first.
 
-    Points are sorted into cubes with edges of the gap; touching cubes belong to one group.
+    Touching cubes with edges of the gap belong to one group.
     """
     from scipy.sparse import coo_array  # slow to import
     from scipy.sparse.csgraph import connected_components

@@ -95,8 +95,7 @@ def perceive(
 ) -> Perceived:
     """Add measurements to a scene, replacing the earlier object of that name.
 
-    Proofs then state the clearance from the measured points, each a ball of the cloud's radius; unseen space
-    is unknown (`with_unseen` makes it solid). An empty cloud becomes a frame without a shape.
+    Unseen space is free (`with_unseen` makes it solid). An empty cloud becomes a frame without a shape.
 
     Args:
         before: The earlier cloud, which stays except for places that an image now shows to be empty; None to
@@ -141,12 +140,11 @@ def with_unseen(
     """Make all of the workspace solid that no image shows to be empty, as one object of cubes.
 
     A cube is empty if every pixel of an image that sees any of it measured a surface behind it, less the
-    noise. The robot's place at the time of an image, with `sensing.padding`, is not solid: otherwise it could
-    not move. See docs/clouds.md#from-a-camera.
+    noise. The robot's place at the time of an image, with `sensing.padding`, is not solid. See
+    docs/clouds.md#from-a-camera.
 
     Args:
         sensing: Parameters, with a workspace.
-        cell: Edge of the cubes [m].
 
     Raises:
         ProblemError: If there is no workspace, or no image.

@@ -123,7 +123,6 @@ class Taken(Value):
 
     Attributes:
         radius: Of balls about their centres, whose union contains the measured surface.
-        positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
     """
 
     keys: Ints

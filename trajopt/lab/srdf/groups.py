@@ -1,4 +1,4 @@
-"""Proposed planning groups, read from the link tree and named after conventions: arms and grippers."""
+"""Proposed planning groups, arms and grippers, read from the link tree."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,8 +20,6 @@ class TreeLink:
     Attributes:
         parent: The link above; empty for the root.
         driven: Whether it moves and mimics no other.
-        slides: Whether its joint is prismatic.
-        endless: Whether its joint moves without end.
         length: Distance between the origins of both links at zero [m].
     """
 

@@ -90,7 +90,6 @@ class PairEvidence(Value):
     Attributes:
         samples: Sampled configurations; 0 for adjacent links.
         lower: Lower bound on the share of configurations in collision.
-        upper: Upper bound on that share.
         nearest: Smallest signed distance, also of the descent [m]; NaN if not measured.
         at: Positions of all driven joints there [rad | m]; empty if not measured.
         descended: Whether the collision was only found by descent from the nearest sample.

@@ -1,4 +1,4 @@
-"""Benchmarks: the suite of installed problems, methods side by side, folders of scenes and requests."""
+"""The suite of installed problems, methods side by side, folders of scenes and requests."""
 
 from trajopt.lab.suite.instance import STANDARD as STANDARD
 from trajopt.lab.suite.instance import Definition as Definition

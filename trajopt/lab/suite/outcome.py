@@ -174,8 +174,6 @@ class MethodSummary:
         cpu_total: CPU time over all problems [s].
         cpu_median: Over the problems with a verified motion [s]; None without any, like the following.
         cost: Median ratio of its cost to the least of all methods on the same problem.
-        duration: Median ratio of the motion's duration to the least.
-        path_length: Median ratio of the path's length to the least.
         clearance: Smallest proven clearance [m].
     """
 

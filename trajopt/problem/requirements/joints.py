@@ -70,8 +70,7 @@ def joint_positions(
 ) -> JointPositions:
     """Require joints at given positions.
 
-    Unnamed joints are free: they end wherever the motion and the other requirements lead them, often at their
-    start positions. Name them to keep them there.
+    Unnamed joints are free: they end wherever the motion leads them.
 
     Args:
         positions: Joint -> position [rad | m]; at least one.
@@ -191,9 +190,7 @@ def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, toleranc
 
 
 SHARE = 0.9
-"""Default share of an effort limit for gravity. The rest accelerates the arm: with a share r left,
-acceleration is r times and duration 1 / sqrt(r) times the value without gravity.
-"""
+"""Default share of an effort limit for gravity: with r left, a motion takes 1 / sqrt(r) times as long."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -251,7 +251,6 @@ def point_on_arc(
         sweep: Angle of the arc, in (0, 2 pi] [rad]; the whole circle by default.
         reference: "world", or the frame in which the circle is placed; it may move.
         offset: Point in the frame's coordinates, shape (3,) [m].
-        degrees: Whether `sweep` is in degrees.
 
     Raises:
         ShapeError: If a number is not usable.

@@ -1,6 +1,6 @@
 """MuJoCo, importable even if MUJOCO_GL names an OpenGL backend not installed, which it loads at import.
 
-All other modules import `mujoco` from here, on first use.
+Other modules import `mujoco` from here.
 """
 
 import os

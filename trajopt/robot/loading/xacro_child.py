@@ -2,8 +2,7 @@
 
 Standard input: a request in JSON; standard output: the URDF or a reason. Expressions of xacro are Python, so
 limits of the operating system bound their effects (`trajopt/values/bounded_child.py`), and an audit
-hook (PEP 578) refuses all other events. Functions without such an event are removed, and expressions may not
-use names that lead to them.
+hook (PEP 578) refuses all other events. Functions without such an event are removed.
 """
 
 import ast

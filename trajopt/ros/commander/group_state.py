@@ -513,7 +513,6 @@ class GroupTargets(GroupBase):
         Args:
             pose: A PoseStamped, or in the pose reference frame a Pose, [x, y, z, roll, pitch, yaw] or
                 [x, y, z, qx, qy, qz, qw] [m, rad].
-            end_effector_link: Link to use instead of the end effector.
         """
         self.set_pose_targets([pose], end_effector_link)
 

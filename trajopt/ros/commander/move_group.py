@@ -432,7 +432,6 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
 
         Args:
             link_name: The link; if empty, the end effector, or else the group's first link.
-            touch_links: Further links that may touch the object.
         """
         link = link_name or self._tip or link_names(self._world.robot, self._group)[0]
         at = self._world.positions

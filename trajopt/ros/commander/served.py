@@ -36,8 +36,7 @@ class _Motion:
 class ServerBackend:
     """Backend of a world whose robot is planned and moved by a session of a server.
 
-    The scene is also kept here, so that queries of the world need no request. Motions of the server are
-    verified here.
+    Motions of the server are verified here.
 
     Attributes:
         positions: Last joint positions reported by the server [rad | m].

@@ -30,7 +30,7 @@ class RosbridgeOptions(Value):
     """Addresses of the bridge, and admission of clients.
 
     The protocol has no token: every client that reaches the port can drive the robot
-    (docs/from-compas-fab.md#access). The port of the meshes requires none.
+    (docs/from-compas-fab.md#access).
 
     Attributes:
         mesh_port: Port of the meshes over HTTP; 0 for any free port.

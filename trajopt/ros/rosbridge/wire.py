@@ -23,9 +23,7 @@ class Incoming(msgspec.Struct):
     """An operation sent by a client; fields of other operations have their defaults.
 
     Attributes:
-        args: Arguments of a service, or goal of an action.
         values: Response of a client's service, or feedback or result of a client's action.
-        status: Final status of a goal (`action_msgs/GoalStatus`).
         latch: Whether the last message is kept for later subscribers.
         throttle_rate: Least time between two messages [ms].
         fragment_size: Largest message that the client accepts in one piece [bytes].

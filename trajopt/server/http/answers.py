@@ -204,7 +204,6 @@ class HttpOptions(Value):
     Attributes:
         port: 0 for any free one.
         token: Required as `Authorization: Bearer TOKEN`; may be empty only on a loopback address.
-        names: Accepted host names, beyond the host.
     """
 
     host: str = "127.0.0.1"
@@ -238,10 +237,7 @@ Denial: TypeAlias = tuple[int, str, str]
 
 
 class RequestGuard:
-    """Checks each request for its origin, host and token.
-
-    Otherwise a page of another site could use the server through a browser on this machine.
-    """
+    """Checks each request for its origin, host and token."""
 
     def __init__(self, app: ASGIApp, options: HttpOptions, attached: frozenset[str]) -> None:
         self._app, self._options, self._attached = app, options, attached

@@ -41,9 +41,9 @@ PLANNING = ("method", "seconds", "improve", "every_goal", "free_duration", "cert
 def plan(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Plan a problem, or MoveIt's motion plan request.
 
-    The answer has the form of `trajopt plan --json`. The clearance takes a few milliseconds to measure, so
-    the certificate is included only with `certificate`; `verified` is always included. With `proof` the
-    answer has the content of a proof file, in base64; null and a note if there is none.
+    The answer has the form of `trajopt plan --json`. The certificate is included only with `certificate`;
+    `verified` always. With `proof` the answer has the content of a proof file, in base64; null and a note if
+    there is none.
     """
     arguments.only((*ABOUT, *PLANNING))
     problem, notes = problem_in(state, arguments)

@@ -51,7 +51,7 @@ from trajopt.values.errors.arguments import checked_class
 class Warehouse:
     """A file that stores values by name and version.
 
-    A completed call is durable; several processes and threads may use one file.
+    A completed call is durable; processes and threads may share a file.
     `with Warehouse("cell.warehouse") as kept:` closes it.
 
     A missing entry is an EntryNotFound, a damaged or unwritable file a FileFormatError, and an invalid or

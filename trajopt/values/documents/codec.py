@@ -1,8 +1,7 @@
 """The codec of values: documents for JSON, and arrays in them.
 
-Format: docs/bundles.md#file-format; a member of an enumeration is `{"kind": name, "is": name}`.
-Constructors check their arguments again when a document is read. Containers, such as `trajopt.files.bundle`,
-add documents of their own.
+Format: docs/bundles.md#file-format; a member of an enumeration is `{"kind": name, "is": name}`. Constructors
+check their arguments again. Containers, such as `trajopt.files.bundle`, add documents of their own.
 """
 
 from collections.abc import Callable, Mapping

@@ -110,8 +110,8 @@ def refuse_deep_nesting(path: Path | str, text: str) -> None:
 def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]:
     """Yield the name of a temporary file, which replaces the file if the block succeeds.
 
-    Processes and threads may write one file simultaneously: the last to finish wins. Missing folders are
-    created; a failed block leaves nothing.
+    Of simultaneous writers the last to finish wins. Missing folders are created; a failed block leaves
+    nothing.
 
     Args:
         durable: Whether the file survives a power failure; takes some milliseconds.

@@ -80,7 +80,6 @@ class NameNotFound(ModelError, KeyError):
     """A name is unknown; carries similar known names.
 
     Attributes:
-        kind: Kind of the named thing ("link", "group", ...).
         near: The most similar known names, best first.
     """
 

@@ -17,8 +17,7 @@ from trajopt.values.errors.arguments import checked
 class Points(Value):
     """A cloud of measured points, each the centre of a ball: exactly the union of these balls is solid.
 
-    Nothing is solid between the balls, so the radius should be at least half the distance of neighbouring
-    points plus the error of the sensor.
+    The radius should be at least half the distance of neighbouring points plus the error of the sensor.
 
     Attributes:
         points: Centres of the balls, shape (n, 3) [m], read-only; at least one.

@@ -81,8 +81,8 @@ class Mesh(Value):
     def contains(self, points: Floats, *, opening: float = 1e-6) -> Bools:
         """Return the points (k, 3) [m] that lie in the solid: inside at least one closed part, shape (k,).
 
-        The even-odd rule along two generic directions decides, and a third direction if these differ. So
-        overlapping parts and wrongly oriented faces are harmless, and a part within a part is not a cavity.
+        The even-odd rule along two generic directions decides, and a third if these differ. Overlapping parts
+        and wrongly oriented faces are harmless; a part within a part is not a cavity.
 
         Args:
             opening: Narrower holes [m] leave a part closed.

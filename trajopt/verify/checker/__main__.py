@@ -1,7 +1,6 @@
 """Check a proof file: `python -I trajopt/verify/checker x.proof`.
 
-It needs numpy and python-flint, and nothing else of trajopt. Exit status 0: the statement is proven; 1: it is
-not; 2: the file is not a proof of the format.
+Exit status 0: the statement is proven; 1: it is not; 2: the file is not a proof of the format.
 """
 
 import sys

@@ -39,7 +39,6 @@ class FixedPlace:
     """A fixed placement in a joint's frame.
 
     Attributes:
-        joint: The joint; 0 is the world.
         rotation: Shape (3, 3).
         translation: Shape (3,) [m].
     """

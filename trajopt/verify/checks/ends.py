@@ -170,11 +170,7 @@ _MOMENT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class MeetingCriterion(Criterion):
-    """Moving goals: the motion meets and follows them.
-
-    Attributes:
-        dwell: Time for which it follows them at its end [s].
-    """
+    """Moving goals: the motion meets and follows them."""
 
     motion: JudgedMotion
     followed: Sequence[Requirement]

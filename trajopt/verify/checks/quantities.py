@@ -27,7 +27,6 @@ class Component:
     """One number of a requirement at its tightest moment.
 
     Attributes:
-        value: Its size [unit].
         tolerance: Its largest accepted size [unit].
     """
 
@@ -165,7 +164,7 @@ def checks_of(quantities: Sequence[Quantity], motion: JudgedMotion, when: When) 
 def quantities(requirement: Requirement, motion: JudgedMotion) -> tuple[Quantity, ...]:
     """Return the numbers that a requirement bounds, along a motion.
 
-    A kind with only a check is judged by it at each moment, without a proof between moments.
+    A kind with only a check is judged by it at each moment.
     """
     kind = type(requirement)
     _load(kind)

@@ -1,10 +1,9 @@
 """Check that the wheels of a differential-drive base roll without sliding sideways.
 
-The wheels follow only the forward speed and the yaw rate of a planned motion. Without correction, they move
-the base with the same yaw, but without the velocity s(t) across the heading. So the base drifts from the plan
-by e(t), the integral of s from the start: a property of the path that no timing changes. Over an interval of
-length h it is bounded by the middle's value times h, with an error of at most h^3 / 24 times a bound of the
-second derivative of s.
+Without correction, the wheels move the base with the same yaw, but without the velocity s(t) across the
+heading. So the base drifts from the plan by e(t), the integral of s from the start: a property of the path
+that no timing changes. Over an interval of length h it is bounded by the middle's value times h, with an
+error of at most h^3 / 24 times a bound of the second derivative of s.
 """
 
 from collections.abc import Iterator

@@ -356,8 +356,8 @@ PERIOD = 0.1
 def page(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Serve the live page of a session until the request is cancelled.
 
-    The first feedback has `port` and `path` of the page, and its `group`. Edits of the session are shown on
-    the page, and the session's robot follows the page's.
+    The first feedback has `port` and `path` of the page, and its `group`. The session's robot follows the
+    page's.
     """
     first, last = int(arguments["first_port"].number()), int(arguments["last_port"].number())
     live = live_view(

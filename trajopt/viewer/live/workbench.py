@@ -170,7 +170,6 @@ def goal_of_hand(
 
     Args:
         near: Preferred posture of the group, shape (n,) [rad | m].
-        turned: Whether the orientation counts; otherwise the position alone.
     """
     required = frame_placement(hand, placement, rotation_tolerance=None if turned else inf)
     found = inverse_kinematics(reduced, required, near=near, starts=STARTS)

@@ -435,8 +435,6 @@ def write_report(
 ) -> Path:
     """Write a report as one self-contained HTML page; return the path.
 
-    docs/bundles.md#a-report lists its parts.
-
     Args:
         what: A result, a plan, an unplanned problem, or a bundle, which is drawn as by `trajopt view` after
             its meshes are unpacked (`read_bundle`); or the result of a task or of a pick and place, with its

@@ -292,8 +292,6 @@ class MoveItPy(InPart):
 
         Args:
             given: The motion; in some versions of MoveIt the name of the group precedes it.
-            group_name: Ignored; the motion contains its group.
-            controllers: As in MoveIt; ignored.
         """
         motions = [each for each in (*given, robot_trajectory) if isinstance(each, RobotTrajectory)]
         if len(motions) != 1:
