@@ -12,7 +12,10 @@ import trajopt as to
 from tests.robots_for_tests import sliding_base, wheeled_base
 from trajopt.optimise.kinematics import reduce_model
 from trajopt.optimise.kinematics.inverse import random_starts
+from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.seeds.sampled import knots_along
+from trajopt.tasks.grasping.grasp import GraspingOptions
+from trajopt.tasks.grasping.straight import along_line, to_configuration, track_line
 from trajopt.verify import CheckKind
 
 
@@ -97,3 +100,27 @@ def test_base_and_arm_reach_the_table(make: Callable[..., to.Problem], draw: int
     assert len(rolling) == (1 if make is past_column_tiago else 0)
     run = to.simulate(plan)
     assert run.diverged is None and not run.collisions and run.tracking_error.maximum.max() < 0.02
+
+
+def test_a_tool_lowers_straight_after_a_long_drive() -> None:
+    """The leg of 9 cm had one step of 24, on which base and arm together do not move the tool straight."""
+    known = past_column_pr2()
+    scene, group, tool = to.Scene(known.scene.robot), known.group, "r_gripper_tool_frame"
+    far = to.frame_placement(tool, to.placement((4.0, 2.0, 0.9)))
+    above = to.plan(to.Problem(scene=scene, group=group, start=known.start, goal=far)).require().trajectory
+    arm = scene.robot.group(group)
+    reduced = reduce_model(scene, arm.name, known.start)
+    tracker = BudgetTracker(to.Budget(), None, None)
+    low = track_line(reduced, tool, above.positions[-1], np.array((0.0, 0.0, -0.09)), tracker).end
+    begin, end = (reduced.all_positions(each) for each in (above.positions[-1], low))
+    straight = along_line(scene, begin, end, tool, GraspingOptions())
+    problem = to.Problem(
+        scene=scene,
+        group=group,
+        start=known.start,
+        waypoints={"above": to_configuration(scene, group, begin)},
+        goal=to_configuration(scene, group, end),
+        constraints=[to.during(item, after="above") for item in straight],
+    )
+    result = to.plan(problem, budget=to.Budget(attempts=4))
+    assert result.verified, result.explain()

@@ -28,6 +28,7 @@ from trajopt.planning.seeds import (
     SeedSource,
     StraightLines,
     WaypointLine,
+    least_steps,
     line_through,
     with_knots,
 )
@@ -72,15 +73,15 @@ def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method
         stops: For each goal configuration, nearest first: the waypoints' configurations, and itself.
     """
     reduced, pinned = problem.reduced, fixed_goal(problem)
-    chosen = pinned is None and _end_is_free(problem)
+    chosen, least = pinned is None and _end_is_free(problem), least_steps(problem)
     for number, way in enumerate(stops):
         kind = SeedKind.BRANCH if number else SeedKind.STRAIGHT
-        line = line_through(reduced, (reduced.start_positions, *way), problem.knots)
+        line = line_through(reduced, (reduced.start_positions, *way), problem.knots, least)
         there = pinned is None or np.array_equal(way[-1], pinned)
         asked = problem if there and not chosen else _ending_at(problem, way[-1])
         yield GoalBranch(kind, asked, line, method)
         if chosen and number == min(NEAREST, len(stops)) - 1:
-            nearest = line_through(reduced, (reduced.start_positions, *stops[0]), problem.knots)
+            nearest = line_through(reduced, (reduced.start_positions, *stops[0]), problem.knots, least)
             yield GoalBranch(SeedKind.FREE_END, problem, nearest, method)
 
 

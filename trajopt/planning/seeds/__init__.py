@@ -19,4 +19,5 @@ from trajopt.planning.seeds.source import stated_seeds as stated_seeds
 from trajopt.planning.seeds.source import with_knots as with_knots
 from trajopt.planning.seeds.waypoints import WaypointLine as WaypointLine
 from trajopt.planning.seeds.waypoints import choose_waypoints as choose_waypoints
+from trajopt.planning.seeds.waypoints import least_steps as least_steps
 from trajopt.planning.seeds.waypoints import line_through as line_through

@@ -18,6 +18,7 @@ from trajopt.optimise.kinematics.inverse import (
 from trajopt.optimise.kinematics.projection import Projection
 from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box
+from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.joints import EXCESS
 from trajopt.scene.clearances import how_near
@@ -119,21 +120,36 @@ def _why_none(reduced: ReducedModel, name: str, seen: GoalCandidates, required: 
     return f"all {seen.colliding} configurations found for waypoint {name} {how}; in the nearest, {nearest}"
 
 
-def line_through(reduced: ReducedModel, stops: Sequence[Floats], knots: int) -> WaypointLine:
+SHORT_LEG = 3
+"""Least steps of a leg with requirements of its own: a tool lowers straight in them, after a long drive."""
+
+
+def least_steps(problem: Problem) -> Sequence[int]:
+    """Return the least number of steps of each leg."""
+    least = [1] * (len(problem.waypoints) + 1)
+    for first, last in map(problem.span, problem.partial):
+        least[first:last] = [SHORT_LEG] * (last - first)
+    return least if sum(least) < problem.knots else [1] * len(least)
+
+
+def line_through(
+    reduced: ReducedModel, stops: Sequence[Floats], knots: int, least: Sequence[int] = ()
+) -> WaypointLine:
     """Lay straight legs through stops, shape (n,) each; knots are in proportion to the time at full speed.
 
     Args:
         knots: Number of knots, ends included; more than there are legs.
+        least: Least number of steps of each leg, fewer than knots together; 1 each if empty.
     """
     legs = len(stops) - 1
     lengths = np.array([_effort(reduced, *pair) for pair in pairwise(stops)])
-    # No leg is so short that it gets no knots of its own.
     along = np.concatenate(([0.0], np.cumsum(np.maximum(lengths, 1e-6))))
     places = [round(float(share) * (knots - 1)) for share in along / along[-1]]
+    least = least or [1] * legs
     for leg in range(1, legs):
-        places[leg] = max(places[leg], places[leg - 1] + 1)
+        places[leg] = max(places[leg], places[leg - 1] + least[leg - 1])
     for leg in range(legs - 1, 0, -1):
-        places[leg] = min(places[leg], places[leg + 1] - 1)
+        places[leg] = min(places[leg], places[leg + 1] - least[leg])
     line = [stops[0][None]]
     for leg, (first, last) in enumerate(pairwise(places)):
         line.append(np.linspace(stops[leg], stops[leg + 1], last - first + 1)[1:])
