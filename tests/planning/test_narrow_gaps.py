@@ -135,3 +135,34 @@ def test_samples_are_denser_where_the_margin_is_smaller(tmp_path: Path) -> None:
     low = np.copy(line)
     low[8:16, 1] += 0.01
     assert not nlp.lacks_margin_only(nlp.linearise(low, nlp.sampling(low, fine=True)))
+
+
+def test_links_that_are_next_to_each_other_do_not_have_to_keep_a_requested_margin() -> None:
+    scene = (
+        to.Scene(to.load("ur5"))
+        .with_margin(0.03)
+        .add("post", to.Box(0.1, 0.1, 0.4), to.placement((0.5, 0.3, 0.2)))
+    )
+    start = (0.0, -1.6, 1.4, -1.4, -1.57, 0.0)
+    goal = (1.2, -1.4, 1.2, -1.4, -1.57, 0.0)
+    found = to.plan(to.Problem(scene=scene, group="manipulator", start=start, goal=goal))
+    assert found.verified and len(found.attempts) == 1
+    assert any(
+        "forearm_link and wrist_2_link, which are nearer at the start" in each for each in found.remarks
+    )
+    assert found.problem.scene.margin_of("wrist_3_link", "post") == 0.03
+
+
+def test_margins_between_links_give_way_before_those_from_the_world() -> None:
+    scene = (
+        to.Scene(to.load("panda"))
+        .with_margin(0.05)
+        .add("ball", to.Sphere(0.05), to.placement((0.6, 0.0, 0.8)))
+    )
+    bent = (0.2, -0.5, -0.2, -1.2, -1.4, 2.4, -1.7)
+    found = to.plan(to.Problem(scene=scene, group="panda_arm", start="ready", goal=bent))
+    assert found.verified
+    (remark,) = found.remarks
+    assert "links have the default margin from each other" in remark
+    assert found.problem.scene.margin_of("panda_link5", "panda_hand") == 0.01
+    assert found.problem.scene.margin_of("panda_hand", "ball") == 0.05

@@ -4,7 +4,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from threading import Event
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from trajopt.optimise.solvers import Effort
 from trajopt.optimise.transcription.margins import shrinkable
 from trajopt.planning.budget import BudgetTracker, Stop, Stopped
 from trajopt.planning.goal_search import Candidate, GoalSearch, attempt
-from trajopt.planning.infeasibility import ClosedCut, closed_cut, met_braking, never_apart
+from trajopt.planning.infeasibility import ClosedCut, closed_cut, joints_between, met_braking, never_apart
 from trajopt.planning.infeasibility.reasons import enclosed, margin_out_of_reach, worst_on_the_way
 from trajopt.planning.result import Attempt, Result
 from trajopt.planning.schedule import OPENING, rounds
@@ -23,12 +25,15 @@ from trajopt.planning.workspace import PlanningWorkspace
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import JointPositions
 from trajopt.robot.joints import joint_unit
-from trajopt.scene.scene import DEFAULT_MARGIN
+from trajopt.scene.clearances import PairKind, Part
+from trajopt.scene.scene import DEFAULT_MARGIN, Scene
 from trajopt.values.arrays import Floats
 from trajopt.values.printed import in_degrees
 
 BEFORE_PROOF = 2
 """After this many failed rounds, planning looks for a proof that there is no path at all."""
+FEW_JOINTS = 2
+"""Links with at most so many joints between them are almost next to each other."""
 ENDED = {
     Stop.CLOCK: Status.OUT_OF_TIME,
     Stop.WORK: Status.OUT_OF_WORK,
@@ -108,17 +113,15 @@ class PlanSearch:
         turns = long_turns(self.problem)
         self.problem, margins = with_possible_margins(self.problem, self.tracker)
         self.remarks = (*turns, *margins)
-        given_way = with_default_margins(self.problem)
-        yield from self._rounds_until(None if given_way is None else len(OPENING) + bool(self.given))
-        stuck = any(goal.nearest and goal.nearest.status is Status.STUCK for goal in self.goals)
-        if given_way is not None and stuck and self.incumbent is None and not self.done:
-            self.problem = given_way
-            self.remarks = (
-                *self.remarks,
-                f"{self._narrow}; requested margins give way to the default margin",
-            )
+        for problem, words, last in with_smaller_margins(self.problem):
+            yield from self._rounds_until(last + bool(self.given))
+            stuck = any(goal.nearest and goal.nearest.status is Status.STUCK for goal in self.goals)
+            if not stuck or self.incumbent is not None or self.done:
+                return
+            self.problem = problem
+            self.remarks = (*self.remarks, f"{self._narrow}; {words}")
             del self.goals
-            yield from self._rounds_until(None)
+        yield from self._rounds_until(None)
 
     def _rounds_until(self, last: int | None) -> Iterator[list[Candidate]]:
         """Yield the candidates of each round; if there is no motion, only up to the last round."""
@@ -144,7 +147,7 @@ class PlanSearch:
             if self.done:
                 return
             excluded = {1: self._met_braking, BEFORE_PROOF: self._walled_in}.get(number + 1)
-            if excluded is not None and self.incumbent is None:
+            if excluded is not None and self.incumbent is None and number + 1 != last:
                 nearest_first = [goal for goal in nearest_first if not excluded(goal)]
 
     def in_threads(self, candidates: Sequence[Candidate]) -> bool:
@@ -307,41 +310,78 @@ reduced.
 
 
 def with_possible_margins(problem: Problem, tracker: BudgetTracker) -> tuple[Problem, tuple[str, ...]]:
-    """Return the problem with the default margin for pairs whose requested margin no configuration keeps.
+    """Return the problem with the default margin for pairs that cannot keep the requested one.
 
+    A pair cannot if it is proven to be nearer in every configuration, or consists of two links that are
+    nearer at the start and almost next to each other.
     Returns the problem itself if there are none, and a sentence on each pair.
     """
     reduced = problem.reduced
     pairs, asked_for = reduced.pairs, ~shrinkable(reduced.pairs)
     if not asked_for.any():
         return problem, ()
-    counts = WorkCounts()
+    counts, asked, words, scene = WorkCounts(), dict[tuple[str, str], float](), list[str](), problem.scene
     with tracker.stage("examine"):
         near = problem.evaluator(reduced, counts).close_pairs(
             reduced.start_positions[None], np.where(asked_for, pairs.margin, -np.inf)
         )
-        asked = {reduced.owners(pair): float(pairs.margin[pair]) for pair in sorted(near.pair.tolist())}
-        found = never_apart(reduced, asked, counts)
+        for pair in sorted(near.pair.tolist()):
+            first, second = reduced.owners(pair)
+            if of_robot(scene, first, second) and joints_between(reduced, [pair]).sum() <= FEW_JOINTS:
+                scene = scene.with_margin(DEFAULT_MARGIN, first, second)
+                words.append(
+                    f"{1000 * pairs.margin[pair]:g} mm of margin are asked of {first} and {second}, which "
+                    "are nearer at the start"
+                )
+            else:
+                asked[first, second] = float(pairs.margin[pair])
+        for item in never_apart(reduced, asked, counts):
+            scene = scene.with_margin(min(DEFAULT_MARGIN, item.distance), item.first, item.second)
+            words.append(item.words("of margin are asked of"))
     tracker.count_work(counts)
-    scene = problem.scene
-    for item in found:
-        scene = scene.with_margin(min(DEFAULT_MARGIN, item.distance), item.first, item.second)
-    words = tuple(item.words("of margin are asked of") + ": they have the default margin" for item in found)
-    return (replace(problem, scene=scene), words) if found else (problem, ())
+    remarks = tuple(f"{each}: they have the default margin" for each in dict.fromkeys(words))
+    return (replace(problem, scene=scene), remarks) if remarks else (problem, ())
 
 
-def with_default_margins(problem: Problem) -> Problem | None:
-    """Return the problem with the default margin where a larger one is requested; None if there is none."""
-    if shrinkable(problem.reduced.pairs).all():
-        return None
-    scene = problem.scene
-    default = replace(
-        scene,
-        margin=min(scene.margin, DEFAULT_MARGIN),
-        pair_margins={pair: min(margin, DEFAULT_MARGIN) for pair, margin in scene.pair_margins.items()},
-        kind_margins={kind: min(margin, DEFAULT_MARGIN) for kind, margin in scene.kind_margins.items()},
-    )
-    return replace(problem, scene=default)
+def of_robot(scene: Scene, first: str, second: str) -> bool:
+    return scene.part(first) is scene.part(second) is Part.LINK
+
+
+def with_smaller_margins(problem: Problem) -> Iterator[tuple[Problem, str, int]]:
+    """Yield the problem with the default margin between links, then between all, if a larger one is asked.
+
+    With the words for it, and the number of rounds in which planning first tries to do without.
+    """
+    scene, reduced = problem.scene, problem.reduced
+    asked = {reduced.owners(pair) for pair in np.flatnonzero(~shrinkable(reduced.pairs)).tolist()}
+    links = {name for name in chain.from_iterable(asked) if scene.part(name) is Part.LINK}
+    apart = [links.issuperset(pair) for pair in asked]
+    if any(apart):
+        single = {pair: m for pair, m in scene.pair_margins.items() if of_robot(scene, *pair)}
+        own = {PairKind.ROBOT: scene.kind_margins.get(PairKind.ROBOT, scene.margin)}
+        scene = replace(
+            scene,
+            pair_margins={**scene.pair_margins, **_at_most_default(single)},
+            kind_margins={**scene.kind_margins, **_at_most_default(own)},
+        )
+        words = "links have the default margin from each other"
+        yield replace(problem, scene=scene), words, BEFORE_PROOF
+    if not all(apart):
+        scene = replace(
+            scene,
+            margin=min(scene.margin, DEFAULT_MARGIN),
+            pair_margins=_at_most_default(scene.pair_margins),
+            kind_margins=_at_most_default(scene.kind_margins),
+        )
+        words = "requested margins give way to the default margin"
+        yield replace(problem, scene=scene), words, len(OPENING)
+
+
+T = TypeVar("T")
+
+
+def _at_most_default(margins: Mapping[T, float]) -> dict[T, float]:
+    return {each: min(margin, DEFAULT_MARGIN) for each, margin in margins.items()}
 
 
 def margin_cut(problem: Problem) -> ClosedCut | None:

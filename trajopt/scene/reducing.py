@@ -638,12 +638,16 @@ def _rules(scene: Scene, robot: ReducedRobot) -> ContactRules:
     touched = {name: item.touch_links for name, item in scene.objects.items() if item.touch_links}
     carriers = {name: scene.holder(name).link for name in scene.objects} if scene.clearances.links else {}
     apart = scene.kind_margins or scene.clearances.kinds
+
+    def usual(margin: float) -> float:
+        return margin if margin > DEFAULT_MARGIN else min(margin, NEAR * _reach(robot))
+
     return ContactRules(
         allowed=scene.allowed,
         touch_links=touched,
-        margin=scene.margin if scene.margin > DEFAULT_MARGIN else min(scene.margin, NEAR * _reach(robot)),
-        pair_margins=scene.pair_margins,
-        kind_margins=scene.kind_margins,
+        margin=usual(scene.margin),
+        pair_margins={pair: usual(margin) for pair, margin in scene.pair_margins.items()},
+        kind_margins={kind: usual(margin) for kind, margin in scene.kind_margins.items()},
         clearances=scene.clearances,
         carriers=carriers,
         parts={name: scene.part(name) for name in (*scene.robot.links, *scene.objects)} if apart else {},

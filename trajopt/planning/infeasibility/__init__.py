@@ -6,6 +6,7 @@ from trajopt.planning.infeasibility.cover import box_breaks as box_breaks
 from trajopt.planning.infeasibility.cover import box_collides as box_collides
 from trajopt.planning.infeasibility.cover import box_overloads as box_overloads
 from trajopt.planning.infeasibility.cover import closed_cut as closed_cut
+from trajopt.planning.infeasibility.cover import joints_between as joints_between
 from trajopt.planning.infeasibility.cover import never_apart as never_apart
 from trajopt.planning.infeasibility.exclusion import exclusion as exclusion
 from trajopt.planning.infeasibility.inevitable import met_braking as met_braking

@@ -1,6 +1,6 @@
 """Proofs that every configuration of a box collides, or violates a requirement."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -284,15 +284,21 @@ def _between(reduced: ReducedModel, pairs: Bools) -> tuple[Floats, Floats] | Non
     None if one of these joints slides without end, or nothing moves.
     """
     middle, half = whole_range(reduced)
-    between = np.zeros(len(half), dtype=np.bool_)
-    for pair in np.flatnonzero(pairs).tolist():
+    between = joints_between(reduced, np.flatnonzero(pairs).tolist())
+    if not between.any() or (endless(reduced) & between).any():
+        return None
+    return middle, np.where(between, half, 0.0)
+
+
+def joints_between(reduced: ReducedModel, pairs: Iterable[int]) -> Bools:
+    """Return which joints change the distance of one of some pairs, shape (n,)."""
+    between = np.zeros(len(reduced.joint_names), dtype=np.bool_)
+    for pair in pairs:
         bodies = (reduced.bodies[int(each[pair])] for each in (reduced.pairs.first, reduced.pairs.second))
         one, other = (set(map(int, reduced.model.supports[body.joint])) for body in bodies)
         rows = [joint - 1 for joint in one ^ other if joint > 0]
         between |= (reduced.mimic_matrix[rows] != 0.0).any(axis=0)
-    if not between.any() or (endless(reduced) & between).any():
-        return None
-    return middle, np.where(between, half, 0.0)
+    return between
 
 
 MOST_BOXES = 2000

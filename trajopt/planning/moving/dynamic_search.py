@@ -14,7 +14,7 @@ from trajopt.planning.moving.space_time_attempts import BECAUSE, ENOUGH, FAR, Be
 from trajopt.planning.moving.static_scenes import along_tracks, at_ends, without_changes
 from trajopt.planning.result import Result
 from trajopt.planning.schedule import DYNAMIC, DynamicRow, MotionSource
-from trajopt.planning.search import ENDED, PlanSearch, with_default_margins
+from trajopt.planning.search import ENDED, PlanSearch
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import MotionCandidate, PlanningWorkspace
 from trajopt.problem.requirements import GoalSet
@@ -43,9 +43,13 @@ def planned_among_obstacles(search: PlanSearch) -> Result:
 def _to_resting_goal(search: PlanSearch) -> Result:
     problem = search.problem
     static = search.again(replace(problem, scene=without_changes(problem.scene))).run()
-    scene, default = problem.scene, with_default_margins(problem)
-    if default is not None and with_default_margins(static.problem) is None:
-        scene = default.scene
+    found = static.problem.scene
+    scene = replace(
+        problem.scene,
+        margin=found.margin,
+        pair_margins={**problem.scene.pair_margins, **found.pair_margins},
+        kind_margins=found.kind_margins,
+    )
     there = replace(static.problem, scene=scene)
     if not static.verified:
         late = static.status is Status.TOO_LATE and static.certainty is not Certainty.PROVEN
