@@ -192,7 +192,7 @@ def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
         ("{j: {max_velocty: 1}}", r"joint_limits\.j: unknown key 'max_velocty'; did you mean 'max_velocity'"),
         ("{j: {has_jerk_limit: true}}", r"joint_limits\.j: unknown key .* did you mean 'has_jerk_limits'"),
         ("{j: [1]}", r"joint_limits\.j: must be a mapping"),
-        ("{j: {max_velocity: abc}}", r"joint_limits\.j\.max_velocity: must be a finite number, is 'abc'"),
+        ("{j: {max_velocity: abc}}", r"joint_limits\.j\.max_velocity: must be a number, is 'abc'"),
         ("{j: {max_velocity: .nan}}", r"joint_limits\.j\.max_velocity"),
         ("{j: {max_velocity: -1}}", r"max_velocity: must not be negative"),
         ("{j: {max_acceleration: .inf}}", r"max_acceleration"),
@@ -200,7 +200,7 @@ def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
         ("{j: {has_jerk_limits: 7}}", r"has_jerk_limits: must be true or false"),
         ("{j: {min_position: 2, max_position: 1}}", "min_position 2 is above max_position 1"),
         (f"{{j: {{max_position: {10**400}}}}}", r"max_position"),
-        ("3", "no mapping"),
+        ("3", "must be a mapping"),
         ("{j: {max_velocity: 1, max_velocity: 2}}", "'max_velocity' is there twice"),
     ],
 )

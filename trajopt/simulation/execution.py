@@ -97,22 +97,12 @@ class ComputedTorque:
 
 def in_group_order(reduced: ReducedModel, trajectory: Trajectory) -> Trajectory:
     """Return a trajectory with its joints in the order of the group."""
-    if trajectory.joint_names == reduced.joint_names:
-        return trajectory
     if set(trajectory.joint_names) != set(reduced.joint_names):
         raise ModelError(
             f"the trajectory moves {', '.join(trajectory.joint_names)}; "
             f"group {shown(reduced.group)} has {', '.join(reduced.joint_names)}"
         )
-    order = [trajectory.joint_names.index(name) for name in reduced.joint_names]
-    velocities, accelerations = trajectory.velocities, trajectory.accelerations
-    return Trajectory(
-        reduced.joint_names,
-        trajectory.times,
-        trajectory.positions[:, order],
-        None if velocities is None else velocities[:, order],
-        None if accelerations is None else accelerations[:, order],
-    )
+    return trajectory.ordered(reduced.joint_names)
 
 
 BLOWN_UP = 1e4

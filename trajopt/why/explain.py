@@ -17,7 +17,7 @@ from trajopt.planning.result import Result, Status
 from trajopt.problem.motion import Motion
 from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import FramePlacement, Relaxation, Requirement
-from trajopt.problem.residual import WHOLE, Residual
+from trajopt.problem.residual import WHOLE
 from trajopt.scene.scene import Scene
 from trajopt.values.arrays import Floats, function
 from trajopt.values.errors import shown
@@ -218,13 +218,9 @@ def _requirements_in_the_way(known: Explanation) -> Iterator[ProblemChange]:
         if block.kind is ObstructionKind.REQUIREMENT and block.place is not None:
             for required in problem.all_requirements:
                 residuals = (item.residual for item in constrain(required, problem.reduced, WHOLE))
-                if any(_is_of(block, residual) for residual in residuals):
+                if any(type(item) is block.residual and block.subjects == (item.name,) for item in residuals):
                     ways = required.relaxations
                     yield from (_widened(problem, required, way, block.amount) for way in ways)
-
-
-def _is_of(block: Obstruction, residual: Residual) -> bool:
-    return type(residual) is block.residual and block.subjects == (residual.name,)
 
 
 def _contacts(known: Explanation) -> Iterator[ProblemChange]:

@@ -173,11 +173,8 @@ def _torso_apart(tree: LinkTree, chain: list[ProposedGroup]) -> list[list[Propos
 
 def _arms(groups: Sequence[ProposedGroup]) -> list[ProposedGroup]:
     carriers = {group.parent_group for group in groups}
-    return [group for group in groups if group.base and (group.name in carriers or _is_arm(group))]
-
-
-def _is_arm(group: ProposedGroup) -> bool:
-    return body_part(group.driven) == ARM
+    chains = (group for group in groups if group.base)
+    return [chain for chain in chains if chain.name in carriers or body_part(chain.driven) == ARM]
 
 
 def _carries(torso: ProposedGroup, arm: ProposedGroup) -> bool:

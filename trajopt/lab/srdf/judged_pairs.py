@@ -1,9 +1,9 @@
 """Pairs of links that collision checks may skip, with the evidence for each."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from math import ceil, log, log1p
+from math import ceil, log, log1p, nan
 
 import numpy as np
 
@@ -98,13 +98,13 @@ class PairEvidence(Value):
     first: str
     second: str
     verdict: PairVerdict
-    collisions: int
-    samples: int
-    lower: float
-    upper: float
-    nearest: float
-    at: Floats
-    descended: bool
+    collisions: int = 0
+    samples: int = 0
+    lower: float = 0.0
+    upper: float = 1.0
+    nearest: float = nan
+    at: Floats = field(default_factory=lambda: np.zeros(0))
+    descended: bool = False
 
     @property
     def pair(self) -> frozenset[str]:
@@ -202,6 +202,31 @@ class PairCounts:
     def reach(self, pairs: LinkPairs) -> Floats:
         """Return the largest relevant distance of each pair of bodies, shape (p,) [m]."""
         return np.maximum(self.nearest, 1e-12)[pairs.of_body_pair]
+
+    def judged(
+        self, names: tuple[str, str], place: int, confidence: Confidence, *, default: bool
+    ) -> PairEvidence:
+        collisions, pairs = int(self.collisions[place]), len(self.collisions)
+        nearest = float(self.nearest[place])
+        lower = confidence.lower(collisions, self.samples, pairs=pairs)
+        if collisions == 0 and nearest > 0.0:
+            verdict = PairVerdict.NEVER
+        elif lower >= ALWAYS_SHARE:
+            verdict = PairVerdict.ALWAYS
+        else:
+            verdict = PairVerdict.DEFAULT if default else PairVerdict.SOMETIMES
+        return PairEvidence(
+            first=names[0],
+            second=names[1],
+            verdict=verdict,
+            collisions=collisions,
+            samples=self.samples,
+            lower=lower,
+            upper=confidence.upper(collisions, self.samples, pairs=pairs),
+            nearest=nearest,
+            at=self.at[place].copy(),
+            descended=collisions == 0 and nearest <= 0.0,
+        )
 
 
 def count_pairs(
@@ -319,7 +344,6 @@ def judge_pairs(
     pairs, query = LinkPairs.of(reduced), evaluator(reduced)
     tree, solid = LinkTree.of(robot), frozenset(body.owner for body in robot.bodies)
     adjacent = np.array([tree.joined(*names, solid) for names in pairs.names], dtype=np.bool_)
-    judge = _PairJudge(confidence, len(pairs.names))
     samples = confidence.samples(max(len(pairs.names), 1))
     counts = count_pairs(query, pairs, samples, adjacent, rng=rng, progress=progress)
     unseen = np.flatnonzero(~adjacent & (counts.collisions == 0))
@@ -329,7 +353,7 @@ def judge_pairs(
     found = {
         frozenset(names): _adjacent(*names)
         if adjacent[place]
-        else judge(names, counts, place, default=names in zero)
+        else counts.judged(names, place, confidence, default=names in zero)
         for place, names in enumerate(pairs.names)
     }
     order = {name: place for place, name in enumerate(robot.links)}
@@ -339,48 +363,5 @@ def judge_pairs(
     return tuple(sorted(found.values(), key=lambda item: (order[item.first], order[item.second])))
 
 
-@dataclass(frozen=True, eq=False)
-class _PairJudge:
-    confidence: Confidence
-    pairs: int
-
-    def __call__(
-        self, names: tuple[str, str], counts: PairCounts, place: int, *, default: bool
-    ) -> PairEvidence:
-        collisions, samples = int(counts.collisions[place]), counts.samples
-        lower = self.confidence.lower(collisions, samples, pairs=self.pairs)
-        nearest = float(counts.nearest[place])
-        if collisions == 0 and nearest > 0.0:
-            verdict = PairVerdict.NEVER
-        elif lower >= ALWAYS_SHARE:
-            verdict = PairVerdict.ALWAYS
-        else:
-            verdict = PairVerdict.DEFAULT if default else PairVerdict.SOMETIMES
-        return PairEvidence(
-            first=names[0],
-            second=names[1],
-            verdict=verdict,
-            collisions=collisions,
-            samples=samples,
-            lower=lower,
-            upper=self.confidence.upper(collisions, samples, pairs=self.pairs),
-            nearest=nearest,
-            at=counts.at[place].copy(),
-            descended=collisions == 0 and nearest <= 0.0,
-        )
-
-
 def _adjacent(first: str, second: str) -> PairEvidence:
-    nothing: Floats = np.zeros(0)
-    return PairEvidence(
-        first=first,
-        second=second,
-        verdict=PairVerdict.ADJACENT,
-        collisions=0,
-        samples=0,
-        lower=0.0,
-        upper=1.0,
-        nearest=float("nan"),
-        at=nothing,
-        descended=False,
-    )
+    return PairEvidence(first=first, second=second, verdict=PairVerdict.ADJACENT)

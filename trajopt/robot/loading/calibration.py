@@ -8,7 +8,7 @@ https://www.universal-robots.com/articles/ur/application-installation/dh-paramet
 
 import re
 from dataclasses import dataclass
-from math import atan2, isfinite, sin
+from math import atan2, sin
 from pathlib import Path
 from typing import TypeAlias, cast
 from xml.etree import ElementTree
@@ -18,7 +18,8 @@ import pinocchio as pin
 
 from trajopt.robot.loading.pinocchio_model import link_names
 from trajopt.values.arrays import Floats, readonly
-from trajopt.values.documents.files import number_of, read_text
+from trajopt.values.documents.document import Node, read_document
+from trajopt.values.documents.files import read_text
 from trajopt.values.errors import FileFormatError, FrameNotFound, JointNotFound, ModelError, listed, shown
 from trajopt.values.placement import IDENTITY, Placement, from_rpy, placement
 
@@ -237,26 +238,11 @@ def _read_deltas(file: Path, nominal: Parameters) -> Chain:
 
 
 def _read_kinematics(file: Path) -> Chain:
-    from trajopt.values.documents.yaml_files import read_yaml  # slow to import
-
-    documents = read_yaml(file)
-    document = documents[0] if len(documents) == 1 else None
-    found = cast("dict[object, object]", document).get("kinematics") if isinstance(document, dict) else None
-    if not isinstance(found, dict):
-        raise FileFormatError(str(file), "has no mapping `kinematics`")
-    return tuple(_frame(file, link, cast("dict[object, object]", found).get(link)) for link in LINKS)
+    links = read_document(file)["kinematics"]
+    return tuple(_frame(links[name]) for name in LINKS)
 
 
-def _frame(file: Path, link: str, entry: object) -> Placement:
-    if not isinstance(entry, dict):
-        raise FileFormatError(str(file), f"kinematics.{link}: must be a mapping, is {shown(entry)}")
-    stated, found = cast("dict[object, object]", entry), list[float]()
-    for name in _NUMBERS:
-        value = number_of(stated.get(name))
-        if value is None or not isfinite(value):
-            reason = f"must be a finite number, is {shown(stated.get(name))}"
-            raise FileFormatError(str(file), f"kinematics.{link}.{name}: {reason}")
-        found.append(value)
-    *xyz, roll, pitch, yaw = found
+def _frame(link: Node) -> Placement:
+    *xyz, roll, pitch, yaw = (link[name].number() for name in _NUMBERS)
     # ur_calibration writes the angles of Rx Ry Rz; a URDF's rpy is Rz Ry Rx.
     return placement(xyz) * _turned(roll=roll) * _turned(pitch=pitch) * _turned(yaw=yaw)

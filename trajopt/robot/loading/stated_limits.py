@@ -3,14 +3,14 @@
 from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from trajopt.robot.joints import PER_SECOND, JointLimits, LimitKind
 from trajopt.values.arrays import Floats, readonly
-from trajopt.values.documents.files import number_of
-from trajopt.values.errors import FileFormatError, JointNotFound, ModelError, shown
+from trajopt.values.documents.document import Node, read_document
+from trajopt.values.errors import JointNotFound, ModelError, shown
 from trajopt.values.printed import in_unit
 
 DEFAULT_ACCELERATION_TIME = 0.5
@@ -120,40 +120,31 @@ def _default(
 
 def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
     """Read the `joint_limits` mapping of MoveIt's `joint_limits.yaml`."""
-    from trajopt.values.documents.yaml_files import read_yaml
-
-    documents = read_yaml(path)
-    document = documents[0] if len(documents) == 1 else None
-    entries = (
-        cast("dict[object, object]", document).get("joint_limits") if isinstance(document, dict) else None
-    )
-    if not isinstance(entries, dict):
-        raise FileFormatError(str(path), "has no mapping `joint_limits`")
-    return {
-        str(joint): _checked(str(path), f"joint_limits.{joint}", entry)
-        for joint, entry in cast("dict[object, object]", entries).items()
-    }
+    limits = read_document(path)["joint_limits"]
+    if limits.missing:
+        raise limits.error("is missing")
+    return {name: _checked(joint) for name, joint in limits.members().items()}
 
 
-def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]:
-    if not isinstance(entry, dict):
-        raise FileFormatError(path, f"{place}: must be a mapping, is {shown(entry)}")
+def _checked(joint: Node) -> Mapping[str, float | bool]:
+    if joint.missing:
+        raise joint.error("must be a mapping, is missing")
     found: dict[str, float | bool] = {}
-    for key, value in cast("dict[object, object]", entry).items():
+    for key, node in joint.members().items():
         if key in _COLUMNS:
-            if not isinstance(value, bool):
-                raise FileFormatError(path, f"{place}.{key}: must be true or false, is {shown(value)}")
-            found[str(key)] = value
+            if not isinstance(node.value, bool):
+                raise node.error(f"must be true or false, is {shown(node.value)}")
+            found[key] = node.value
         elif key in _LIMITS:
-            number = number_of(value)
-            if number is None or not abs(number) < _LARGEST:
-                raise FileFormatError(path, f"{place}.{key}: must be a finite number, is {shown(value)}")
+            number = node.number()
+            if abs(number) >= _LARGEST:
+                raise node.error(f"is too large: {number:g}")
             if key not in _COLUMNS["has_position_limits"] and number < 0.0:
-                raise FileFormatError(path, f"{place}.{key}: must not be negative, is {number:g}")
-            found[str(key)] = number
-        elif key not in _OTHERS and (near := get_close_matches(str(key), (*_COLUMNS, *_LIMITS), 1, 0.8)):
-            raise FileFormatError(path, f"{place}: unknown key {shown(key)}; did you mean {shown(near[0])}?")
+                raise node.error(f"must not be negative, is {number:g}")
+            found[key] = number
+        elif key not in _OTHERS and (near := get_close_matches(key, (*_COLUMNS, *_LIMITS), 1, 0.8)):
+            raise joint.error(f"unknown key {shown(key)}; did you mean {shown(near[0])}?")
     lower, upper = found.get("min_position", -_LARGEST), found.get("max_position", _LARGEST)
     if found.get("has_position_limits", True) and lower > upper:
-        raise FileFormatError(path, f"{place}: min_position {lower:g} is above max_position {upper:g}")
+        raise joint.error(f"min_position {lower:g} is above max_position {upper:g}")
     return found

@@ -239,9 +239,9 @@ MOST_SHOWN = 20_000
 """Most drawn balls or cubes; larger clouds are drawn coarser."""
 
 
-def cloud_surface(cloud: Points | Voxels, most: int = MOST_SHOWN) -> tuple[Floats, Ints]:
+def cloud_surface(cloud: Points | Voxels) -> tuple[Floats, Ints]:
     """Return triangles that show a cloud, outward: an octahedron for each ball, outer faces of cubes."""
-    shown = fewer(cloud, most)
+    shown = fewer(cloud, MOST_SHOWN)
     if isinstance(shown, Voxels):
         return _cubes(shown)
     corners = np.concatenate((np.eye(3), -np.eye(3))) * shown.radius
