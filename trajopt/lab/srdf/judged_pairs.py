@@ -206,6 +206,7 @@ class PairCounts:
     def judged(
         self, names: tuple[str, str], place: int, confidence: Confidence, *, default: bool
     ) -> PairEvidence:
+        """Judge a pair; `default` is whether it collides with all joints nearest to zero."""
         collisions, pairs = int(self.collisions[place]), len(self.collisions)
         nearest = float(self.nearest[place])
         lower = confidence.lower(collisions, self.samples, pairs=pairs)
