@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+import trajopt_robots
 
 import trajopt as to
 from tests.robots_for_tests import ODD_ARM, odd_arm, two_arms
@@ -39,6 +40,19 @@ def test_a_group_of_named_joints_ends_at_the_link_of_the_last(by_joints: to.Scen
 def test_a_tool_on_its_end_is_meant_and_one_on_its_way_is_not(by_joints: to.Scene) -> None:
     both = by_joints.with_tool("tcp", on="tip").with_tool("camera", on="slide")
     assert tool_of(both, "by_joints") == "tcp"
+
+
+def test_the_frame_of_a_sensor_in_the_hand_is_not_its_tool_centre_point(tmp_path: Path) -> None:
+    sensor = (
+        '<link name="force_sensor"/><joint name="f" type="fixed"><parent link="panda_hand"/>'
+        '<child link="force_sensor"/><origin xyz="0 0 0.01"/></joint></robot>'
+    )
+    (tmp_path / "panda.urdf").write_text(to.load("panda").urdf_xml.replace("</robot>", sensor))
+    robot = to.load(
+        tmp_path / "panda.urdf", srdf=Path(trajopt_robots.__file__).parent / "panda" / "panda.srdf"
+    )
+    assert "force_sensor" in robot.links
+    assert tool_of(to.Scene(robot), "panda_arm") == "panda_hand_tcp"
 
 
 def test_without_groups_one_chain_ends_where_no_joint_follows(tmp_path: Path) -> None:

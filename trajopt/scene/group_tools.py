@@ -1,10 +1,14 @@
 """The frame of a planning group that goals refer to: its tool, or its last link."""
 
+import numpy as np
+
 from trajopt.robot.loading.pinocchio_model import joint_above, link_above, link_joint
 from trajopt.robot.robot import Robot
 from trajopt.scene.scene import Scene
+from trajopt.values.arrays import Floats
 from trajopt.values.errors import ProblemError, listed, shown
 from trajopt.values.placement import WORLD
+from trajopt.values.shapes.shapes import bounding_sphere
 
 
 def tool_of(scene: Scene, group: str) -> str:
@@ -61,24 +65,35 @@ def _tools(scene: Scene, group: str) -> list[str]:
 
 
 def _centre_points(robot: Robot, group: str) -> list[str]:
-    """Return the tool centre point of a group's only end effector; empty if there is not exactly one."""
-    own = robot.group(group)
+    """Return the tool centre point of a group's only end effector; empty if there is not exactly one.
+
+    It is farther from the end effector's link than its shapes are on average; frames of sensors are not.
+    """
+    own, model = robot.group(group), robot.model
     moved = [
         item.parent_link
         for item in robot.end_effectors.values()
-        if str(robot.model.names[link_joint(robot.model, item.parent_link)]) in own.joints
+        if str(model.names[link_joint(model, item.parent_link)]) in own.joints
     ]
     if len(moved) != 1 or (own.tip is not None and moved[0] in _above(robot, own.tip)):
         return []
-    parents = {link_above(robot.model, link) for link in robot.links}
-    joint, shaped = link_joint(robot.model, moved[0]), {body.owner for body in robot.bodies}
-    found = [
-        link
-        for link in robot.links
-        if link not in parents | shaped
-        and link_joint(robot.model, link) == joint
-        and moved[0] in _above(robot, link)
+    hand, joint = moved[0], link_joint(model, moved[0])
+    on_hand = {
+        link for link in robot.links if link_joint(model, link) == joint and hand in _above(robot, link)
+    }
+
+    def distance(link: str, point: Floats) -> float:
+        of, at = (model.frames[model.getFrameId(each)].placement for each in (hand, link))
+        return float(np.linalg.norm(at.rotation @ point + at.translation - of.translation))
+
+    shapes = [
+        distance(body.owner, body.placement * bounding_sphere(body.shape)[0])
+        for body in robot.bodies
+        if body.owner in on_hand
     ]
+    taken = {link_above(model, link) for link in robot.links} | {body.owner for body in robot.bodies}
+    least = np.mean(shapes) if shapes else 0.0
+    found = [link for link in robot.links if link in on_hand - taken and distance(link, np.zeros(3)) >= least]
     return found if len(found) == 1 else []
 
 
