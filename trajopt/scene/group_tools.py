@@ -16,8 +16,9 @@ def tool_of(scene: Scene, group: str) -> str:
 
     The tool frame of the scene, or else of the robot, that is fixed to the body of the group's last joint;
     else the tool centre point of the group's only end effector: the one link without children and shape fixed
-    to it; else the tip of the group's chain; else the link that the SRDF fixes an end effector of the group
-    to; else the group's only last link. A chain whose tip is on the end effector itself ends at that tip.
+    to it, beyond its shapes; else the tip of the group's chain; else the link that the SRDF fixes an end
+    effector of the group to; else the group's only last link. A chain whose tip is on the end effector itself
+    ends at that tip.
     """
     candidates = _tools(scene, group)
     if len(candidates) == 1:
