@@ -1,11 +1,13 @@
 """Goals of joints with tolerances: all that they allow is looked at before anything is refused."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.optimise.kinematics.inverse import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.why import Certainty
 
 ROBOT = to.load("planar2")
@@ -159,3 +161,28 @@ def test_a_goal_set_is_refused_with_a_proof_only_if_every_goal_is() -> None:
     assert mixed.explain().certainty is Certainty.EVIDENCE
     proven = to.plan(replace(asked(beyond), goal=to.any_of({"beyond": beyond, "farther": joints(20, 0, 1)})))
     assert proven.certainty is Certainty.PROVEN and proven.explain().certainty is Certainty.PROVEN
+
+
+@pytest.mark.parametrize(("tolerance", "waves"), [(1e-4, [STARTS]), (0.05, [STARTS, MANY_STARTS])])
+def test_a_goal_of_one_configuration_is_not_searched_from_many_starts(
+    monkeypatch: pytest.MonkeyPatch, tolerance: float, waves: list[int]
+) -> None:
+    """Before, a joint goal that breaks a constraint was refused after 3,264 starts at the same place."""
+    tried: list[int] = []
+
+    def recorded(*args: Any, starts: int, **kwargs: Any) -> GoalCandidates:
+        tried.append(starts)
+        return goal_candidates(*args, starts=starts, **kwargs)
+
+    monkeypatch.setattr("trajopt.planning.endpoints.goal_candidates", recorded)
+    panda = to.Scene(to.load("panda"))
+    there = dict(
+        zip(panda.robot.group("panda_arm").joints, (0.3, 0.7, 0.2, -1.0, 0.3, 1.6, 0.5), strict=True)
+    )
+    goal = to.joint_positions(there, tolerance=tolerance)
+    found = to.plan(
+        to.Problem(
+            scene=panda, group="panda_arm", start="ready", goal=goal, constraints=[to.gravity_torque(0.3)]
+        )
+    )
+    assert found.status is to.Status.GOAL_BREAKS_CONSTRAINT and tried == waves

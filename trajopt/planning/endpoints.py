@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from trajopt.geometry import WorkCounts
-from trajopt.optimise.kinematics.inverse import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
+from trajopt.optimise.kinematics.inverse import MANY_STARTS, STARTS, GoalCandidates, goal_candidates, is_one
 from trajopt.optimise.kinematics.validity import missed_at
 from trajopt.optimise.terms import constrain
 from trajopt.optimise.terms.joint_positions import fixed_positions, joint_box, without_followers
@@ -119,7 +119,8 @@ class EndpointChecks:
 
         found = search(STARTS)
         nothing = not found.free and not found.overloaded and found.blocking is None
-        return search(MANY_STARTS) if nothing and not self._proofs else found
+        elsewhere = not is_one(joint_box(self._wanted, work.problem.reduced))
+        return search(MANY_STARTS) if nothing and elsewhere and not self._proofs else found
 
     def _out_of_reach(self, rng: np.random.Generator, counts: WorkCounts, found: GoalCandidates) -> Result:
         work = self.workspace

@@ -143,7 +143,7 @@ def goal_candidates(
     projection = Projection(reduced, goals, query)
     search = method.search(projection)
     box = joint_box(goals, reduced)
-    narrow = bool((box[1] - box[0] <= SAME).all())
+    narrow = is_one(box)
     begin = random_starts(reduced, rng, WAVES * starts, box)
     found = np.empty((0, begin.shape[1]))
     closest: Floats = reduced.start_positions
@@ -187,6 +187,11 @@ def goal_candidates(
     return GoalCandidates(
         tuple(free), tuple(blocked), blocking, closest, nearest_miss, least, tuple(overloaded)
     )
+
+
+def is_one(box: tuple[Floats, Floats]) -> bool:
+    """Return whether all configurations between two bounds, shape (n,) each [rad | m], count as one."""
+    return bool((box[1] - box[0] <= SAME).all())
 
 
 def random_starts(
