@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 from trajopt.planning import Budget
-from trajopt.values.arrays import number, positive
-from trajopt.values.errors import ClockError, ProblemError
+from trajopt.values.arrays import not_negative, number, positive
+from trajopt.values.errors import ClockError
 from trajopt.values.errors.arguments import checked
 
 CLOCK_TOLERANCE = 0.01
@@ -53,5 +53,4 @@ class SupervisorOptions:
         for name in ("cycle", "ahead", "retry"):
             positive(name, getattr(self, name))
         for name in ("patience", "clock_tolerance"):
-            if number(name, getattr(self, name)) < 0.0:
-                raise ProblemError(f"{name} must not be negative, is {getattr(self, name):g}")
+            not_negative(name, getattr(self, name))

@@ -20,7 +20,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.stated import GoalLike
 from trajopt.scene.group_tools import tool_of
 from trajopt.scene.scene import Scene
-from trajopt.values.arrays import function, number, one_of
+from trajopt.values.arrays import function, not_negative, number, one_of
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked_class
 from trajopt.values.placement import IDENTITY, PlacementLike, as_placement
@@ -255,10 +255,8 @@ class Supervisor(CommitLoop):
 
     def _goal(self, problem: Problem, blend_radius: float) -> GuardedGoal:
         self._check_robot(problem.group, problem.scene)
-        if number("blend_radius", blend_radius) > 0.0:
+        if not_negative("blend_radius", blend_radius) > 0.0:
             tool_of(problem.scene, problem.group)
-        if blend_radius < 0.0:
-            raise ProblemError(f"blend_radius must not be negative, is {blend_radius:g} m")
         if moving := goals_that_move(problem):
             raise ProblemError(f"the goal moves with {', '.join(sorted(moving))}; use follow_goal")
         return GuardedGoal(problem, guard_of(problem, self.executor), blend_radius)

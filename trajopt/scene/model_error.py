@@ -13,9 +13,8 @@ from trajopt.robot.bodies import CollisionBody
 from trajopt.robot.joints import FixedBody, joint_unit
 from trajopt.robot.loading.pinocchio_model import link_frame
 from trajopt.robot.robot import Robot
-from trajopt.values.arrays import Floats, Ints, Value, at_least, number, readonly
+from trajopt.values.arrays import Floats, Ints, Value, at_least, not_negative, readonly
 from trajopt.values.cached import cached_per_value
-from trajopt.values.errors import ProblemError, shown
 from trajopt.values.placement import Placement
 from trajopt.values.shapes.shapes import Plane, Shape, bounding_box
 
@@ -39,8 +38,7 @@ class ModelUncertainty(Value):
     def __post_init__(self) -> None:
         at_least(self, 0.0, "shift", "turn", "payload")
         for name, size in self.joints.items():
-            if number(f"joints[{name!r}]", size) < 0.0:
-                raise ProblemError(f"the error of {shown(name)} must not be negative, is {size:g}")
+            not_negative(f"joints[{name!r}]", size)
 
     @property
     def displaces(self) -> bool:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import cast
 
 from trajopt.server.operation import Watch
-from trajopt.values.arrays import Value, number
-from trajopt.values.errors import ProblemError, TrajoptError, shown
+from trajopt.values.arrays import Value, positive
+from trajopt.values.errors import ProblemError, TrajoptError
 from trajopt.values.errors.arguments import checked
 from trajopt.values.processes import cores
 
@@ -55,8 +55,7 @@ class Limits(Value):
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not number(name, value) > 0.0:
-                raise ProblemError(f"limits: {name} must be positive, is {shown(value)}")
+            positive(f"limits: {name}", value)
         if self.bodies < self.body:
             raise ProblemError(f"limits: bodies ({self.bodies}) must be at least body ({self.body})")
 

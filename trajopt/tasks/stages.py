@@ -37,7 +37,7 @@ from trajopt.tasks.search import (
 )
 from trajopt.tasks.sequence import StageRefusal
 from trajopt.timing.time_scaling import travel_time
-from trajopt.values.arrays import Floats, Value, at_least, function, number, one_of, positive
+from trajopt.values.arrays import Floats, Value, at_least, function, not_negative, number, one_of, positive
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 from trajopt.values.placement import WORLD, Placement, PlacementLike, as_placement
@@ -133,8 +133,7 @@ class FollowCurve(Value):
     default_name = "follow"
 
     def __post_init__(self) -> None:
-        if number("off", self.off) < 0.0:
-            raise ProblemError(f"off must not be negative, is {self.off:g} m")
+        not_negative("off", self.off)
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         del group
@@ -260,8 +259,7 @@ class AttachObject(Value):
     within: float = 0.05
 
     def __post_init__(self) -> None:
-        if number("within", self.within, infinite=True) < 0.0:
-            raise ProblemError(f"within must not be negative, is {self.within:g} m")
+        not_negative("within", self.within, infinite=True)
 
     @property
     def default_name(self) -> str:
@@ -352,8 +350,7 @@ class MoveObject(Value):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
-        if number("seconds", self.seconds) < 0.0:
-            raise ProblemError(f"seconds must not be negative, is {self.seconds:g}")
+        not_negative("seconds", self.seconds)
 
     @property
     def default_name(self) -> str:
@@ -455,8 +452,7 @@ class StageLimits(Value):
 
     def __post_init__(self) -> None:
         for name in ("duration", "joint_travel"):
-            if number(name, getattr(self, name), infinite=True) < 0.0:
-                raise ProblemError(f"{name} must not be negative, is {getattr(self, name):g}")
+            not_negative(name, getattr(self, name), infinite=True)
         number("clearance", self.clearance, infinite=True)
         for joint, bounds in self.joints.items():
             if not isinstance(bounds, list | tuple) or len(bounds) != 2:  # pyright: ignore[reportUnnecessaryIsInstance]

@@ -39,7 +39,7 @@ from trajopt.tasks.search import (
     later,
 )
 from trajopt.tasks.sequence import StageNode, StageRefusal
-from trajopt.values.arrays import Floats, Value, name_of, number, one_of, sequence, several, unless_none
+from trajopt.values.arrays import Floats, Value, name_of, not_negative, one_of, sequence, several, unless_none
 from trajopt.values.errors import ProblemError, shown
 from trajopt.values.errors.arguments import checked
 
@@ -99,8 +99,7 @@ class Task(Value):
         _check_steps(names)
         for attribute, value in (("group", group), ("stages", named), ("start", start), ("_start", start)):
             object.__setattr__(self, attribute, value)
-        if number("blend", self.blend) < 0.0:
-            raise ProblemError(f"blend must not be negative, is {self.blend:g} m")
+        not_negative("blend", self.blend)
         object.__setattr__(self, "constraints", tuple(sequence("constraints", self.constraints)))
         check_frames(self.scene, self.constraints)
         held_after(named, self.scene, group, held_objects(self.scene))

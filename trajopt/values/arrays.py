@@ -279,6 +279,20 @@ def positive(name: str, value: float, *, infinite: bool = False) -> float:
     return checked
 
 
+def not_negative(name: str, value: float, *, infinite: bool = False) -> float:
+    """Return a number that must not be negative."""
+    checked = number(name, value, infinite=infinite)
+    if checked < 0.0:
+        raise ProblemError(f"{name} must not be negative, is {checked:g}")
+    return checked
+
+
+def runs_of(mask: Bools) -> Ints:
+    """Return begin and end (exclusive) of each unbroken row of True, shape (k, 2)."""
+    edges = np.diff(np.concatenate(([False], mask, [False])).astype(np.int8))
+    return np.flatnonzero(edges).reshape(-1, 2)
+
+
 class Loss(Enum):
     """Loss function of a residual r with weight w in a cost."""
 

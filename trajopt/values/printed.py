@@ -78,6 +78,11 @@ def in_short(text: str, length: int = LONGEST_LINE) -> str:
     return f"{line[: length - 3]}..." if len(line) > length or (more and len(line) > length - 3) else line
 
 
+def capital(text: str) -> str:
+    """Return a text with a capital letter at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
 def in_number(items: Sized, one: str, several: str = "") -> str:
     """Print a count with its noun: 1 joint, 7 joints."""
     return f"{len(items)} {one if len(items) == 1 else several or one + 's'}"

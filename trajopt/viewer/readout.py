@@ -11,7 +11,7 @@ from trajopt.planning.result import Result
 from trajopt.robot.joints import JointLimits
 from trajopt.tasks.sequence import StageRow
 from trajopt.values.arrays import Floats
-from trajopt.values.printed import in_length
+from trajopt.values.printed import capital, in_length
 from trajopt.viewer.clearance import Nearest
 from trajopt.viewer.live.background import PlanningOutcome
 from trajopt.viewer.palette import NARROW, SAFE, TOUCHING, Rgb, hexadecimal
@@ -151,9 +151,9 @@ def _motion(result: Result, planned: PlanningOutcome) -> str:
 
 
 def _failure(result: Result, planned: PlanningOutcome) -> str:
-    explanation, lines = planned.explanation, [f"{_sentence(result.status.value)}."]
+    explanation, lines = planned.explanation, [f"{capital(result.status.value)}."]
     if result.message:
-        lines.append(_sentence(result.message))
+        lines.append(capital(result.message))
     if explanation is not None:
         lines += [f"• {block.words}" for block in explanation.blocks[:LISTED]]
         free = explanation.nearest_free
@@ -176,7 +176,3 @@ def _prices(prices: Sequence[Price]) -> list[str]:
     if saved:
         return ["What would make it shorter:", *saved[:LISTED]]
     return ["Where it is tight:", *(f"• {each.what}" for each in prices[:LISTED])]
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]

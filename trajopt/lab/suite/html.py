@@ -4,7 +4,6 @@ from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
 
-from trajopt.planning.status import Status
 from trajopt.simulation.rendering import HEIGHT, TYPE, WIDTH
 from trajopt.verify import Check, CheckKind
 
@@ -70,6 +69,6 @@ def image(picture: bytes | None, words: str = "") -> str:
     )
 
 
-def words(status: Status) -> str:
-    """Return a status in words."""
-    return status.name.replace("_", " ").lower()
+def status_words(status: str) -> str:
+    """Return the name of a status in words."""
+    return status.replace("_", " ").lower()

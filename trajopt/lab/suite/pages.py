@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from math import inf
 
-from trajopt.lab.suite.html import document, image, table, used_share, words
+from trajopt.lab.suite.html import document, image, status_words, table, used_share
 from trajopt.lab.suite.outcome import MethodSummary, RunOutcome, summaries
 from trajopt.planning.status import Status
 from trajopt.values.printed import aligned, in_number, in_short
@@ -54,9 +54,9 @@ def suite_page(
 
 def _one(outcome: RunOutcome, picture: bytes | None) -> str:
     good = outcome.good
-    told = words(outcome.status)
+    told = status_words(outcome.status.name)
     if outcome.status is not outcome.expected:
-        told += f", expected {words(outcome.expected)}"
+        told += f", expected {status_words(outcome.expected.name)}"
     return (
         f"<details{'' if good else ' open'}><summary>{image(picture)}"
         f'<span class="{"good" if good else "bad"}">'
@@ -201,7 +201,7 @@ def _cell(run: RunOutcome | None) -> str:
     if run is None:
         return ""
     kind, mark = ("good", "") if run.good else ("bad", " ✗")
-    told = f"{words(run.status)}: {run.message}"
+    told = f"{status_words(run.status.name)}: {run.message}"
     return f'<span class="{kind}" title="{escape(told)}">{1000 * run.cpu_seconds:.0f}{mark}</span>'
 
 
@@ -247,7 +247,7 @@ def run_cells(run: RunOutcome) -> tuple[str, ...]:
     return (
         run.problem,
         run.solver,
-        words(run.status) + ("" if run.good else " ✗"),
+        status_words(run.status.name) + ("" if run.good else " ✗"),
         str(run.attempts),
         f"{1000 * run.cpu_seconds:.0f}",
         str(run.iterations),

@@ -18,7 +18,7 @@ from trajopt.problem.problem import Problem
 from trajopt.problem.requirements import Requirement
 from trajopt.robot.joints import EXCESS
 from trajopt.scene.reduced import TimedModel
-from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.arrays import Bools, Floats, Ints, runs_of
 from trajopt.values.printed import in_length
 from trajopt.values.trajectory import Trajectory
 
@@ -384,10 +384,10 @@ def _sweep(met: tuple[ClosingPair, ...], begin: float, time: float) -> Sweep:
 
 def _longest(times: Floats, free: Bools) -> float:
     """Return the longest unbroken time that is free, infinite if it does not end [s]."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], free, [False])).astype(np.int8))).reshape(-1, 2)
     ends = np.append(times, inf)
     # From the last look that was not free to the next that is not.
-    return max((float(ends[end] - times[max(begin - 1, 0)]) for begin, end in edges.tolist()), default=0.0)
+    runs = runs_of(free)
+    return max((float(ends[end] - times[max(begin - 1, 0)]) for begin, end in runs.tolist()), default=0.0)
 
 
 def _joined(spans: Sequence[Span], last: float) -> tuple[Span, ...]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.tasks.cartesian.curves import polyline
-from trajopt.values.arrays import Bools, Floats, Ints, direction_of, floats, number, positive
+from trajopt.values.arrays import Bools, Floats, Ints, direction_of, floats, not_negative, positive
 from trajopt.values.curve import Curve
 from trajopt.values.errors import ProblemError
 from trajopt.values.errors.arguments import checked
@@ -57,8 +57,7 @@ def raster(
         raise ProblemError(f"face must be the index of one of {len(triangles)} triangles, is {face}")
     where = as_placement("at", at)
     positive("spacing", spacing)
-    if number("margin", margin) < 0.0:
-        raise ProblemError(f"margin must not be negative, is {margin:g} m")
+    not_negative("margin", margin)
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     part = _grown(mesh, normals, face, positive("bend", bend))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.values.arrays import Bools, Floats, Ints
+from trajopt.values.arrays import Bools, Floats, Ints, runs_of
 from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
 from trajopt.verify.kernel.clearance_search import Contact, Findings, Tally, search_clearance
 from trajopt.verify.kernel.motion import JudgedMotion, Polynomials
@@ -364,8 +364,7 @@ def _moved(motion: JudgedMotion, distances: PairDistances) -> Bools:
 
 
 def _spans(moved: Bools, ends: Floats) -> list[tuple[float, float]]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], moved, [False])).astype(np.int8)))
-    return [(float(ends[begin]), float(ends[end])) for begin, end in edges.reshape(-1, 2).tolist()]
+    return [(float(ends[begin]), float(ends[end])) for begin, end in runs_of(moved).tolist()]
 
 
 def _bound(search: Findings) -> float:

@@ -19,7 +19,7 @@ from trajopt.robot.joints import JointLimits, effort_unit, joint_unit
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.reducing import tool_frames
 from trajopt.tasks.cartesian import Followed
-from trajopt.values.arrays import Bools, Floats, Ints, Value, floats
+from trajopt.values.arrays import Bools, Floats, Value, floats, runs_of
 from trajopt.values.documents.document import Node
 from trajopt.values.errors import ShapeError
 from trajopt.values.printed import shown_in
@@ -244,20 +244,15 @@ def _spans(name: str, times: Floats, at: Bools) -> Iterator[Binding]:
     if not at.any():
         return
     at = at.copy()
-    for first, last in zip(*(side.tolist() for side in _edges(~at)), strict=True):
+    for first, last in runs_of(~at).tolist():
         if last - first < GAP and first > 0 and last < len(at):
             at[first:last] = True
     half = float(times[1] - times[0]) / 2.0
     spans = tuple(
         (max(float(times[first]) - half, 0.0), min(float(times[last - 1]) + half, float(times[-1])))
-        for first, last in zip(*(side.tolist() for side in _edges(at)), strict=True)
+        for first, last in runs_of(at).tolist()
     )
     yield Binding(name, spans)
-
-
-def _edges(at: Bools) -> tuple[Ints, Ints]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], at, [False])).astype(np.int8)))
-    return edges[::2], edges[1::2]
 
 
 def _peaks(problem: Problem, positions: Floats, rates: Sequence[_Rate]) -> Iterator[Peak]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from trajopt.files.bundle import Holds
 from trajopt.geometry import evaluator
-from trajopt.lab.suite.html import table
+from trajopt.lab.suite.html import status_words, table
 from trajopt.optimise.terms.joint_positions import fixed_positions
 from trajopt.scene.reduced import ReducedModel
 from trajopt.tasks.sequence import MotionSequence
@@ -386,7 +386,7 @@ def _verdict(subject: Subject) -> str:
     if not subject.status:
         return "It is not planned yet."
     reason = subject.answer["message"].text("").removeprefix(f"{subject.status}: ")
-    words = sections.in_words(subject.status)
+    words = status_words(subject.status)
     known = sections.certain(subject)
     return (
         f'<b class="bad">✗ No plan: {escape(words)}.</b> {escape(reason or sections.meaning(subject.status))}'

@@ -6,13 +6,13 @@ from html import escape
 import numpy as np
 
 from trajopt.files.proof import MotionProof
-from trajopt.lab.suite.html import bar, table, used_share
+from trajopt.lab.suite.html import bar, status_words, table, used_share
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
 from trajopt.robot.joints import joint_unit
 from trajopt.values.arrays import Floats, floats
 from trajopt.values.documents.document import Node
-from trajopt.values.printed import in_length, in_short, in_unit, shown_in
+from trajopt.values.printed import capital, in_length, in_short, in_unit, shown_in
 from trajopt.verify import Certificate, Check, CheckKind, Evidence
 from trajopt.viewer.palette import LINES, hexadecimal
 from trajopt.viewer.report.measured import Binding, Chart, Measured, Peak, Subject
@@ -53,7 +53,7 @@ def proven(certificate: Certificate) -> str:
     counted = f"{len(certificate.pairs)} came near" if len(certificate.pairs) > PAIRS else ""
     notes = "".join(f"<li>{escape(note)}</li>" for note in certificate.notes)
     return (
-        f"<p>{escape(_capital(certificate.verdict))}. The judge looks at the timed motion alone, and shares "
+        f"<p>{escape(capital(certificate.verdict))}. The judge looks at the timed motion alone, and shares "
         f"no code with the planner.</p>{table(head, rows, numbers=('worst', 'bound', 'at'), kind='checks')}"
         + (f"<h3>Clearance by pair</h3>{near}<p class=faint>{counted}</p>" if pairs else "")
         + (f"<ul class=faint>{notes}</ul>" if notes else "")
@@ -204,7 +204,7 @@ def _try(each: Node) -> tuple[str, ...]:
     return (
         f"{each['number'].number():g}",
         escape(seed + (f", for {goal}" if goal else "")),
-        f'<span class="{good}">{escape(in_words(status))}</span>',
+        f'<span class="{good}">{escape(status_words(status))}</span>',
         f"{each['iterations'].number():g}",
         escape(each["message"].text("")),
     )
@@ -234,10 +234,6 @@ def about(subject: Subject) -> str:
     return f"<p class=faint>Planned or kept {escape(subject.made)}, by {by}.</p>"
 
 
-def in_words(status: str) -> str:
-    return status.replace("_", " ").lower()
-
-
 def meaning(status: str) -> str:
     return Status[status].value if status in Status.__members__ else ""
 
@@ -253,10 +249,6 @@ def certain(subject: Subject) -> str:
 
 def _items(words: Sequence[str]) -> str:
     return "".join(f"<li>{escape(each)}</li>" for each in words)
-
-
-def _capital(words: str) -> str:
-    return words[:1].upper() + words[1:]
 
 
 def change_of_duration(saved: float) -> str:
