@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.files.bundle import read_bundle, read_result
 from trajopt.files.export import export
+from trajopt.optimise.kinematics.inverse import goal_candidates
 from trajopt.planning import Certainty, Status
+from trajopt.problem.requirements import Requirement
 from trajopt.simulation import Friction
 from trajopt.tasks import (
     AnyOrder,
@@ -551,6 +554,37 @@ def test_a_place_inside_something_is_refused_without_the_arm(
     refused = [each for each in put(0.055).refusals if each.stage == "place cup: lower"]
     words = "cup is inside table at the place, wherever the arm is"
     assert {each.reason for each in refused} == {words}
+
+
+def test_a_place_that_no_posture_reaches_is_searched_once_for_each_grasp(
+    cell: to.Scene, grasps: tuple[Grasp, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was searched for from every posture of every pick."""
+    searched: list[str] = []
+
+    def counted(query: object, goals: Sequence[Requirement], **rest: Any) -> object:
+        searched.extend(frame for item in goals for frame in item.frames if frame == "cup")
+        return goal_candidates(query, goals, **rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("trajopt.tasks.search.goal_candidates", counted)
+    edge = Place(placement=to.placement((0.86, 0.0, 0.06)))
+    found = to.plan(task(cell, PickObject("cup", grasps[:3]), PlaceObject("cup", edge)))
+    lowered = [refusal for refusal in found.refusals if refusal.stage == "place cup: lower"]
+    assert len(lowered) > len(searched) and 0 < len(searched) <= 3
+
+
+def test_the_other_hand_does_not_place() -> None:
+    arms = to.load("two_pandas")
+    left, right = (gripper_of(arms, end_effector=f"{side}_hand") for side in ("left", "right"))
+    scene = to.Scene(arms).add("cup", to.Cylinder(0.03, 0.12), to.placement((0.4, 0.4, 0.06)))
+    pick = PickObject("cup", grasps_of(scene, "cup", left)[:2], left)
+    put = PlaceObject("cup", Place(placement=to.placement((0.4, -0.4, 0.06))), right)
+    found = to.plan(Task(scene=scene, group="both", start="ready", stages=[pick, put]))
+    assert found.status is Status.GRIPPER_CANNOT
+    assert "'right_panda_hand_tcp' does not hold 'cup'" in found.reason
+    for stages, group in (([pick], "right_panda_manipulator"), ([pick, put], "left_panda_manipulator")):
+        with pytest.raises(ProblemError, match=f"no joint of group '{group}' moves '.*_panda_hand_tcp'"):
+            Task(scene=scene, group=group, start="left_ready", stages=stages)
 
 
 def test_fingers_that_meet_something_are_refused_without_the_arm(

@@ -332,6 +332,9 @@ class TaskSearch:
     blend: float = 0.0
     improve: bool = False
     stops: bool = False
+    _refused_before: dict[tuple[object, ...], StageRefusal] = field(
+        init=False, default_factory=dict[tuple[object, ...], StageRefusal]
+    )
     _planned_before: dict[TaskState, Way] = field(init=False, default_factory=dict[TaskState, Way])
 
     def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
@@ -343,8 +346,32 @@ class TaskSearch:
         goals: Sequence[Requirement],
         stage: str,
         names: CandidateNames = NO_NAMES,
+        *,
+        same: tuple[object, ...] = (),
+        moved: str = "",
     ) -> Sequence[Floats] | StageRefusal:
-        """Return configurations (n,) that meet goals and path constraints, the nearest first; or why not."""
+        """Return configurations (n,) that meet goals and path constraints, the nearest first; or why not.
+
+        A refusal holds for all postures of the arm before: it is not searched for again.
+
+        Args:
+            same: The candidate on which the goals depend, beyond the other joints and objects.
+            moved: Object whose place the candidate implies.
+        """
+        robot, objects = reduced.scene.robot, reduced.scene.objects
+        others = np.delete(reduced.start, robot.index(robot.group(reduced.group).joints))
+        around = frozenset(item for name, item in objects.items() if name != moved)
+        key = (stage, *same, around, others.tobytes())
+        if key not in self._refused_before:
+            found = self._configurations(reduced, goals, stage, names)
+            if not isinstance(found, StageRefusal):
+                return found
+            self._refused_before[key] = found
+        return self._refused_before[key]
+
+    def _configurations(
+        self, reduced: ReducedModel, goals: Sequence[Requirement], stage: str, names: CandidateNames
+    ) -> Sequence[Floats] | StageRefusal:
         wanted = (*goals, *(item for item in self.constraints if isinstance(item, Requirement)))
         for item in wanted:
             if far := out_of_reach(item, reduced):

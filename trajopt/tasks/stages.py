@@ -101,7 +101,8 @@ class MoveTo(Value):
     def ends(self, search: TaskSearch, scene: Scene, positions: Floats) -> Sequence[Floats] | StageRefusal:
         """Return positions of all joints (number of joints,) at the goal, the nearest first; or why not."""
         reduced = reduce_model(scene, self.group or search.group, positions)
-        found = search.configurations(reduced, self.wanted(scene, search.group), self.name)
+        wanted = self.wanted(scene, search.group)
+        found = search.configurations(reduced, wanted, self.name, same=(self,))
         if isinstance(found, StageRefusal):
             return found
         return [reduced.all_positions(each) for each in found[: search.options.configurations]]

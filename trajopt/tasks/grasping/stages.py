@@ -93,7 +93,7 @@ class PickObject(Value):
 
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         scene.object(self.object)
-        hand_of(scene, self.gripper, group)
+        _check_moved(scene, hand_of(scene, self.gripper, group), group)
         for frame in (line.frame for grasp in self.grasps for line in (grasp.approach, grasp.lift)):
             scene.holder(frame)
         check_frames(scene, self.constraints)
@@ -112,10 +112,10 @@ class PickObject(Value):
             yield StageRefusal(self.name, Status.GRIPPER_CANNOT, words)
             return
         for given in self.grasps:
-            lines = _blended(given.approach, search), _blended(given.lift, search)
-            yield from self._by(replace(given, approach=lines[0], lift=lines[1]), gripper, search, state)
+            yield from self._by(given, gripper, search, state)
 
-    def _by(self, grasp: Grasp, gripper: Gripper, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+    def _by(self, given: Grasp, gripper: Gripper, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        grasp = replace(given, approach=_blended(given.approach, search), lift=_blended(given.lift, search))
         scene, tool, names = state.scene, gripper.tool, CandidateNames(grasp.name, object=self.object)
         refused = partial(_refused, self.name, names)
         if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
@@ -141,7 +141,7 @@ class PickObject(Value):
             yield refused("close", Status.GOAL_IN_COLLISION, f"{meets}, wherever the arm is")
             return
         goal = frame_placement(tool, stands * grasp.placement)
-        found = search.configurations(reduced, (goal,), f"{self.name}: reach", names)
+        found = search.configurations(reduced, (goal,), f"{self.name}: reach", names, same=(given,))
         if isinstance(found, StageRefusal):
             yield found
             return
@@ -235,7 +235,7 @@ class PlaceObject(Value):
     def held_after(self, scene: Scene, group: str, held: frozenset[str]) -> frozenset[str]:
         scene.object(self.object)
         if self.gripper is not None or self.object in held_objects(scene):
-            hand_of(scene, self.gripper, group)
+            _check_moved(scene, hand_of(scene, self.gripper, group), group)
         check_frames(scene, self.constraints)
         assert not isinstance(self.places, Place)
         for place in self.places:
@@ -254,13 +254,20 @@ class PlaceObject(Value):
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         picked = _unfinished(state, self.object)[1]
         hand = picked.gripper if self.gripper is None and picked is not None else self.gripper
-        gripper = hand_of(state.scene, hand, search.group)
+        gripper, reduced = (
+            hand_of(state.scene, hand, search.group),
+            search.reduced(state.scene, state.positions),
+        )
+        if reduced.attachment(self.object)[0] != reduced.attachment(gripper.tool)[0]:
+            words = f"{shown(gripper.tool)} does not hold {shown(self.object)}: name the gripper that does"
+            yield StageRefusal(self.name, Status.GRIPPER_CANNOT, words)
+            return
         assert not isinstance(self.places, Place)
         for given in self.places:
-            lines = _blended(given.lower, search), _blended(given.retreat, search)
-            yield from self._at(replace(given, lower=lines[0], retreat=lines[1]), gripper, search, state)
+            yield from self._at(given, gripper, search, state)
 
-    def _at(self, place: Place, gripper: Gripper, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+    def _at(self, given: Place, gripper: Gripper, search: TaskSearch, state: TaskState) -> Iterator[Way]:
+        place = replace(given, lower=_blended(given.lower, search), retreat=_blended(given.retreat, search))
         held, start, tool = state.scene, state.positions, gripper.tool
         handling = replace(_handling(state, self.object, gripper), place=place)
         names = _names(handling, self.object)
@@ -276,7 +283,10 @@ class PlaceObject(Value):
         if exact and (meets := hand_meets(reduced, owners, self.object, there)):
             yield refused("lower", Status.GOAL_IN_COLLISION, f"{meets} at the place, wherever the arm is")
             return
-        found = search.configurations(reduced, wanted, f"{self.name}: lower", names)
+        in_hand = held if handling.grasp is None else handling.grasp.placement.homogeneous.tobytes()
+        found = search.configurations(
+            reduced, wanted, f"{self.name}: lower", names, same=(given, in_hand), moved=self.object
+        )
         if isinstance(found, StageRefusal):
             yield found
             return
@@ -446,6 +456,17 @@ def hand_of(scene: Scene, given: Gripper | None, group: str) -> Gripper:
                 f"joint {name} of the gripper follows {mimics[name].source} and has no motor: leave it out"
             )
     return given
+
+
+def _check_moved(scene: Scene, gripper: Gripper, group: str) -> None:
+    """Refuse a gripper that a group does not move."""
+    robot, link = scene.robot, scene.holder(gripper.tool).link
+    joint = robot.model.frames[robot.model.getFrameId(link)].parentJoint
+    above = {str(robot.model.names[each]) for each in robot.model.supports[joint]}
+    if group and not above & {*robot.group(group).joints}:
+        raise ProblemError(
+            f"no joint of group {shown(group)} moves {shown(gripper.tool)}, the gripper's tool"
+        )
 
 
 def _refused(stage: str, names: CandidateNames, step: str, status: Status, reason: str) -> StageRefusal:
