@@ -128,7 +128,7 @@ class _NextGoal(Printed):
 
 @dataclass(eq=False)
 class GoalQueue(Printed):
-    """The goals of a supervisor, in order, and the motions to them."""
+    """Plans the motions to the goals of a supervisor, one after another."""
 
     commitment: Commitment
     active: ActiveMotion

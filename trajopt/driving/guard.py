@@ -49,8 +49,7 @@ UNPROVEN = "the motion is not proven to keep clearances, limits and path constra
 FAILURES = {EventKind.FAULT, EventKind.OFF_TRACK}
 STEP, STEPS = 0.01, 4
 """Time step of the motion nearest to the actions [s], and its number of steps: two control cycles of 50 Hz,
-so that
-one late call of `tick` does not stop the robot.
+so that one late call of `tick` does not stop the robot.
 """
 
 

@@ -20,8 +20,7 @@ SLOWEST = 1e-2
 
 ENDING = 0.5
 """A singularity is at the end of the reach if more than this share of the slope of the singular value is
-along its
-singular vector: nearly all of it for a stretched arm, nearly none for aligned axes of a wrist.
+along its singular vector: nearly all of it for a stretched arm, nearly none for aligned axes of a wrist.
 """
 _ACROSS: Floats = np.array(
     (

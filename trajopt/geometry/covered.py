@@ -28,8 +28,7 @@ FEWEST = 200
 """Clouds of fewer balls or cubes are left as they are."""
 PARTS, CUTS = 4, 3
 """Parts that a box in the way at an end is cut into along its longest axis, and number of cuts: enough to cut
-a table top of
-two metres to cells. Boxes still in the way become single balls or cubes.
+a table top of two metres to cells. Boxes still in the way become single balls or cubes.
 """
 MIDDLE, NO_POINTS, NO_TRIANGLES = np.zeros((1, 3)), np.empty((0, 3)), np.empty((0, 3, 3))
 

@@ -97,9 +97,6 @@ def decide(problem: Problem, trajectory: Trajectory, workspace: Judge) -> tuple[
 
     Returns:
         The verdict, with the certificate if it is a refusal, and the number of distances measured.
-
-    Raises:
-        ProblemError: If the trajectory is of other joints than the group's, or the goal is a set.
     """
     specification = _specification(problem)
     verdict = workspace.decide(trajectory, specification)

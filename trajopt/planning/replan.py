@@ -76,8 +76,7 @@ def _within(rate: Floats, most: Floats) -> Floats:
 
 SLOWER = (1.05, 1.25)
 """Factors on the remaining duration to try if it does not suffice: the cost of even pieces, and room to bend
-around
-an object. If these fail, the motion is planned from scratch.
+around an object. If these fail, the motion is planned from scratch.
 """
 MOMENTS = 200
 """Moments of a motion led elsewhere."""

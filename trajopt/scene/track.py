@@ -294,8 +294,7 @@ def _unit(vectors: Floats, lengths: Floats) -> Floats:
 
 STEPS = 0.125
 """Share of the tolerance reserved for the deviation between steps: smaller steps take longer, larger ones
-leave less to the
-pieces.
+leave less to the pieces.
 """
 ROUNDING = 1e-12
 """Smaller rotations of a piece are rounding errors [rad, rad/s]."""

@@ -19,8 +19,7 @@ STIFF = (0.004, 1.0)
 """Time constant [s] and damping ratio of the constraint of a mimicking joint."""
 RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
 """Impedance of that constraint (`solimp` of MuJoCo), the largest possible: the default yields by a twentieth,
-and a light
-link between heavy ones becomes unstable.
+and a light link between heavy ones becomes unstable.
 """
 GEARS = 1e-3
 """Least share of its own link, or else of an armature, in the inertia that a mimicking joint moves at the

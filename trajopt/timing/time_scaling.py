@@ -123,8 +123,7 @@ which resolve it [s].
 """
 SHARES = (0.97, 0.8, 0.6, 0.4)
 """Shares of the limits that braking is tried with, with room for extremes between steps and time to release
-the brake under
-tight jerk limits.
+the brake under tight jerk limits.
 """
 KEPT_STEPS = (5, 3, 2, 1)
 """Steps per point of the stop motion, as few points are judged faster; decreased if the limits are exceeded
@@ -223,13 +222,7 @@ def stop_from(begin: Floats, limits: JointLimits) -> Trajectory:
 
 
 def stop_after(begin: Floats, end: Floats, duration: float, limits: JointLimits) -> Trajectory:
-    """Return a motion of one piece of a duration [s], followed by the stop of `stop_from`.
-
-    Args:
-        begin: Positions, velocities and accelerations, shape (3, n).
-        end: Those at the end of the piece, shape (3, n).
-        limits: With finite acceleration and jerk limits.
-    """
+    """Return a motion of one piece between two states, of a duration [s], followed by `stop_from`."""
     return stop_at_the_end(np.array((0.0, duration)), np.stack((begin, end), axis=1), limits)
 
 
@@ -239,7 +232,6 @@ def stop_at_the_end(times: Floats, states: Floats, limits: JointLimits) -> Traje
     Args:
         times: Of the states, shape (k,) [s].
         states: Positions, velocities and accelerations, shape (3, k, n).
-        limits: With finite acceleration and jerk limits.
     """
     later, rows = timing.stop_from(np.ascontiguousarray(states[:, -1]), limit_rows(limits), TICK, EXCESS)
     whole = np.concatenate((states[:, :-1], rows), axis=1)
@@ -257,11 +249,9 @@ def tracking(
     else at most of them.
 
     Args:
-        begin: Positions, velocities and accelerations, shape (3, n).
         times: Of the begin and of the targets, shape (k + 1,) [s].
         targets: Shape (k, n) [rad | m].
         weights: Of the jerks, shape (m,) [s^3].
-        limits: With finite acceleration and jerk limits.
 
     Returns:
         States at the begin and at the targets, shape (3, k + 1, n), the jerks up to each target, shape (k,

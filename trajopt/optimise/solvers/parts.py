@@ -167,7 +167,6 @@ class ChangingDistancePart(_EmptyPart):
         times: Of each sample, shape (S,) [s].
         driven: Positions of the joints driven by time, shape (S, m) [rad | m].
         among: Measures them, by the group's positions and these.
-        reach: Pairs farther apart have no row, shape (p,) [m].
         margin: Clearance to keep, shape (p,) [m].
         errors: Radius, velocity and acceleration of each pair's error, shape (p, 3).
         appears: Time from which both are there, shape (p,) [s].

@@ -208,8 +208,7 @@ class Incumbent:
 
 Update = Callable[[Linearisation, Incumbent, bool], tuple[Linearisation, bool] | None]
 """Returns the next point and whether it differs from the current one, given whether the point was sampled
-more
-finely since the last call; offers points to the incumbent. None ends the search.
+more finely since the last call; offers points to the incumbent. None ends the search.
 """
 
 

@@ -96,10 +96,6 @@ class LostManipulability:
     """One component: r / (r + m), from 1 at a singularity towards 0 far from it, with reference r.
 
     m is the manipulability (Yoshikawa, IJRR 1985).
-
-    Attributes:
-        reference: Manipulability r at which half is lost, > 0.
-        length: Length that a radian of rotation counts as [m]; 0 counts the origin's motion only.
     """
 
     frame: str

@@ -58,8 +58,7 @@ LINEAR = OF_KNOTS | {RestPosture, JointPosition, JointSum}
 """Terms whose rows are linear in the knots, and all there at every point."""
 OF_FRAMES = {ArcCoordinates, CurveError, SightClearance, SmallestSingularValue, LostManipulability}
 """Terms of frames without a formula in the core: with one of these Python evaluates all terms of frames,
-which
-share the placements of the samples.
+which share the placements of the samples.
 """
 OTHERS = {GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression}
 """Other terms, whose rows depend on the knots of one sample too, or on two neighbours."""

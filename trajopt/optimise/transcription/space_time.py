@@ -32,8 +32,7 @@ from trajopt.values.trajectory import Path, Trajectory
 
 MARGIN = SWEEP**2 / (8.0 * 0.025) + CLEARANCE_TOLERANCE
 """Clearance from dynamic obstacles above the required one [m], for the approach between two samples of a body
-that
-turns about a point 2.5 cm away, and for the program's tolerance.
+that turns about a point 2.5 cm away, and for the program's tolerance.
 """
 INTERVAL = 0.02
 """Time between checks while the robot stays at a configuration [s]: at 1 m/s obstacles move by 2 cm."""

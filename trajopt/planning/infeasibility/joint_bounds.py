@@ -136,7 +136,6 @@ def least_travel(speed: float, gain: float, hardest: float, jerk: float) -> floa
 
     Args:
         gain: Its acceleration, at most `hardest`.
-        jerk: Limit of the jerk, may be infinite.
     """
     if not isfinite(jerk):
         return speed**2 / (2.0 * hardest) if speed > 0.0 else -inf

@@ -342,11 +342,7 @@ class OrderSearch:
 
 
 def ever_over(blocked: Sequence[int], ticks: int, stays: int) -> bool:
-    """Return whether a motion with immediate stops and starts might end in time; if not, no motion does.
-
-    Args:
-        stays: Ticks for which the last cell must not be blocked after the end.
-    """
+    """Return whether a motion with immediate stops and starts might end in time; if not, no motion does."""
     whole, before, reached = (1 << ticks) - 1, blocked[0], 1
     for cell in blocked:
         reached = reached | _carried(reached, whole & ~(cell & before))

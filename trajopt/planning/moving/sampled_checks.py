@@ -14,8 +14,7 @@ INTERVAL = 0.02
 """Time between two checks along a motion [s]: at 1 m/s obstacles move by 2 cm in it."""
 MARGIN = 2e-3
 """Clearance kept above the required one, as a reserve between checks [m]; pairs with less excess at the start
-keep
-half of that.
+keep half of that.
 """
 BATCH = 500
 """Configurations checked together, to bound the memory for distances."""

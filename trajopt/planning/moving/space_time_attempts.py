@@ -49,8 +49,7 @@ def _order(result: Result) -> tuple[bool, bool, bool, float]:
 
 ENOUGH = 1.05
 """Factor on the static duration that is short enough: even pieces and the precision of the duration cost
-about
-half of it.
+about half of it.
 """
 FAR = 1.25
 """Factor on the static duration that is worth another seed."""

@@ -30,15 +30,13 @@ CELLS = (24, 200)
 """Least and most cells of a path: each as long as the sampling interval, within these bounds."""
 SLOWER = 1.005
 """The clock is slower than the fastest by this, so that a change that holds all limits at samples does so
-between
-them too.
+between them too.
 """
 GROWN = (0, 1, 2)
 """Cells by which blocked regions are enlarged, in turn: a cell is sampled in its middle only."""
 POINTS = 12
 """Least points of a change of speed, besides the motion's, so that the error of quintics stays below the
-reserve of
-the slower clock.
+reserve of the slower clock.
 """
 APART = 2e-4
 """Least distance of points [s]: between nearer ones rounding would cause a jerk."""

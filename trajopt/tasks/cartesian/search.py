@@ -213,7 +213,6 @@ class SelfMotions:
         """Return the sequence of least motion to the last reachable point.
 
         Args:
-            stations: Lengths along the curve, increasing from 0, shape (m,) [m].
             starts: First configurations, shape (b, n); they are kept until the second point.
         """
         layers = [starts]

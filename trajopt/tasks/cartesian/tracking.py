@@ -281,7 +281,6 @@ def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> l
     """Track the curve from several first configurations.
 
     Args:
-        stations: Lengths along the curve, increasing from 0, shape (m,) [m].
         begin: Configurations at the first of them, shape (b, n) [rad | m].
         pull: Posture of each drift, shape (b, n); NaN for no drift.
     """

@@ -230,12 +230,7 @@ class TimedMotion(JudgedMotion):
         staying: float = 0.0,
         clock: float = 0.0,
     ) -> None:
-        """Join the polynomials of the robot's joints and of the dynamic obstacles' joints.
-
-        Args:
-            staying: Duration of the rest after the trajectory [s].
-            clock: Scene clock at the start [s].
-        """
+        """Join the polynomials of the robot's joints and of the dynamic obstacles' joints."""
         self.timed = timed
         robot = _stayed(trajectory, staying)
         driven = Polynomials(timed.driven.times - clock, timed.driven.coefficients)
