@@ -17,6 +17,7 @@ from trajopt.driving.servo_program import ApproachQuery
 from trajopt.optimise.methods.timing import with_jerk
 from trajopt.robot.joints import EXCESS
 from trajopt.scene.reducing import reduce_model
+from trajopt.timing.time_scaling import tracking
 from trajopt.values.arrays import Floats
 from trajopt.values.errors import ClockError, FrameNotFound, GroupNotFound, JointNotFound, ProblemError
 
@@ -88,6 +89,38 @@ def test_overlapping_chunks_of_one_motion_pass_without_a_stop(free: to.Scene) ->
         rows = drive(arm, guard, 0.3)
         if begin < 30:
             assert np.abs(rows[-1, 1]).max() > 0.1
+
+
+@pytest.mark.parametrize(("count", "rate"), [(1, 10.0), (1, 20.0), (1, 30.0), (2, 50.0), (3, 100.0)])
+def test_short_chunks_of_a_slow_motion_are_followed(free: to.Scene, count: int, rate: float) -> None:
+    """Each begins from the state in which the one before ends: errors must not grow from one to the next."""
+    arm, guard = guarded(free)
+    begin, worst = arm.state().positions, 0.0
+
+    def wanted(time: float) -> Floats:
+        return begin + 0.05 * np.sin(2.0 * time) * (1.0 - np.exp(-(time**3)))
+
+    while arm.now() < 4.0:
+        due = arm.now() + np.arange(1, count + 1) / rate
+        guard.act(np.array([wanted(time) for time in due.tolist()]), rate=rate)
+        for _ in range(5):
+            arm.advance(0.2 / rate)
+            worst = max(worst, float(np.abs(arm.state().commanded - wanted(arm.now())).max()))
+    assert worst < 5e-3
+
+
+@pytest.mark.parametrize(("count", "rate"), [(1, 20.0), (2, 30.0), (10, 30.0), (50, 50.0)])
+def test_chunks_far_from_the_arm_are_reached(free: to.Scene, count: int, rate: float) -> None:
+    arm, guard = guarded(free)
+    goal, most = arm.state().positions + 0.3, 0.0
+    while arm.now() < 2.5:
+        guard.act(np.tile(goal, (count, 1)), rate=rate)
+        for _ in range(5):
+            arm.advance(max(1, count // 2) / rate / 5)
+            guard.tick()
+            most = max(most, float((arm.state().commanded - goal).max()))
+    assert most < 0.05
+    np.testing.assert_allclose(arm.state().commanded, goal, atol=SAME)
 
 
 def test_actions_that_come_to_rest_at_a_position_limit_pass_as_given(free: to.Scene) -> None:
@@ -414,20 +447,21 @@ states = st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6)
 
 @settings(max_examples=50, deadline=None)
 @given(begin=states, seed=st.integers(0, 1000), count=st.integers(1, 12), first=st.floats(0.005, 0.05))
-def test_the_motion_along_actions_minimises_its_cost(
+def test_tracking_minimises_its_cost(
     free: to.Scene, begin: list[float], seed: int, count: int, first: float
 ) -> None:
     """Its states follow from its jerks, and its cost has no slope: by Taylor series, one after the other."""
-    robot = free.robot
     limits = with_jerk(to.Problem(scene=free, group=GROUP, start="ready", goal="ready").limits)
     state = np.zeros((3, 7))
     state[:, :2] = np.reshape(begin, (3, 2))
     drawn = np.random.default_rng(seed)
     times = first + np.arange(count) / RATE
-    chunk = ActionChunk(drawn.normal(size=(count, 7)), times)
-    deviation = float(10.0 ** drawn.uniform(-4.0, -1.0))
-    motion = along_actions(state, 0.0, chunk, (deviation,), limits)
-    assert robot.group(GROUP).joints == limits.joint_names
+    due = np.sort(drawn.permutation(count)[: int(drawn.integers(1, count + 1))])
+    targets, counted = drawn.normal(size=(len(due), 7)), int(drawn.integers(1, len(due) + 1))
+    weight = float(10.0 ** drawn.uniform(-6.0, -3.0))
+    states, found_jerks, within = tracking(
+        state, np.append(0.0, times), due + 1, targets, np.array((weight,)), limits, counted=counted
+    )
 
     def integrated(jerks: Floats) -> Floats:
         q, v, a = state
@@ -439,21 +473,21 @@ def test_the_motion_along_actions_minimises_its_cost(
             found.append(np.stack((q, v, a)))
         return np.stack(found, axis=1)
 
-    np.testing.assert_allclose(integrated(motion.jerks), motion.states, atol=1e-6, rtol=1e-9)
-    most = float(np.median(limits.jerk))
-    beyond = np.abs(motion.jerks) > limits.jerk
-    beyond |= np.abs(motion.states[1, 1:]) > limits.velocity
-    beyond |= np.abs(motion.states[2, 1:]) > limits.acceleration
-    beyond |= np.clip(motion.states[0, 1:], limits.lower, limits.upper) != motion.states[0, 1:]
-    assert motion.within == (int(beyond.any(axis=1).argmax()) if beyond.any() else count)
+    np.testing.assert_allclose(integrated(found_jerks), states, atol=1e-6, rtol=1e-9)
+    beyond = np.abs(found_jerks) > limits.jerk
+    beyond |= np.abs(states[1, 1:]) > limits.velocity
+    beyond |= np.abs(states[2, 1:]) > limits.acceleration
+    beyond |= np.clip(states[0, 1:], limits.lower, limits.upper) != states[0, 1:]
+    until = int(beyond.any(axis=1).argmax()) if beyond.any() else count
+    assert within == min(int((due < until).sum()), counted)
 
     def cost(jerks: Floats) -> float:
-        off = integrated(jerks)[0, 1:] - chunk.targets
-        return float(((off / deviation) ** 2).sum() + ((jerks / most) ** 2).sum())
+        off = integrated(jerks)[0, due + 1] - targets
+        return float((off**2).sum() + ((weight * jerks) ** 2).sum())
 
-    least = cost(motion.jerks)
+    least, size = cost(found_jerks), float(np.abs(found_jerks).max())
     for _ in range(5):
-        other = motion.jerks + most * 1e-2 * drawn.normal(size=motion.jerks.shape)
+        other = found_jerks + size * 1e-2 * drawn.normal(size=found_jerks.shape)
         assert cost(other) >= least * (1.0 - 1e-9)
 
 
@@ -464,7 +498,9 @@ def test_the_first_deviation_counts_that_keeps_the_limits_at_most_actions(free: 
     deviations = (1e-5, 1e-3, 3e-2, 0.3)
     for seed in range(20):
         steps = np.random.default_rng(seed).normal(size=(20, 7))
-        chunk = ActionChunk(state[0] + 10.0 ** (-seed / 4.0) * np.cumsum(steps, axis=0), times)
+        chunk = ActionChunk.following(
+            None, state[0] + 10.0 ** (-seed / 4.0) * np.cumsum(steps, axis=0), times
+        )
         single = [along_actions(state, 0.0, chunk, (each,), limits) for each in deviations]
         wanted = max(single, key=lambda motion: motion.within)
         found = along_actions(state, 0.0, chunk, deviations, limits)
@@ -473,7 +509,7 @@ def test_the_first_deviation_counts_that_keeps_the_limits_at_most_actions(free: 
 
 
 def test_the_rest_of_a_chunk_is_interpolated_between_actions() -> None:
-    chunk = ActionChunk(np.array(((0.0,), (1.0,), (3.0,))), np.array((0.1, 0.2, 0.3)))
+    chunk = ActionChunk.following(None, np.array(((0.0,), (1.0,), (3.0,))), np.array((0.1, 0.2, 0.3)))
     for time, value, slope in ((0.0, 0.0, 10.0), (0.15, 0.5, 10.0), (0.25, 2.0, 20.0), (0.4, 3.0, 0.0)):
         found = chunk.target(time)
         assert found[0] == pytest.approx(value) and found[1] == pytest.approx(slope)

@@ -91,6 +91,24 @@ def test_smooth_actions_are_sent_as_they_are(panda: to.Robot) -> None:
     assert guarded.observe()["camera"].shape == (2, 2, 3)
 
 
+@pytest.mark.parametrize(("fps", "late"), [(5.0, 1.4), (10.0, 1.0), (15.0, 1.2), (30.0, 1.4)])
+def test_slow_and_late_policies_are_followed(panda: to.Robot, fps: float, late: float) -> None:
+    clock, arm, controller, executor = connected(panda)
+    guarded = GuardedArm(controller, Guard(to.Scene(panda), GROUP, executor), fps=fps)
+    begin, first = guarded.observe(), clock.time
+
+    def wanted(time: float) -> float:
+        return 6.0 * math.sin(1.9 * time) * (1.0 - math.exp(-(time**3)))
+
+    while clock.time < first + 5.0:
+        at = wanted(clock.time - first + 0.05 + 1.0 / fps)
+        guarded.send({**{name: begin[name] + at for name in arm.motors}, "gripper.pos": 0.0})
+        for _ in range(5):
+            clock.wait(late / fps / 5.0)
+            off = arm.get_observation()["motor0.pos"] - begin["motor0.pos"] - wanted(clock.time - first)
+            assert abs(off) < 2.0
+
+
 def test_actions_through_a_wall_stop_before_it(panda: to.Robot) -> None:
     scene = to.Scene(panda).add("wall", *WALL)
     clock, arm, controller, executor = connected(panda)

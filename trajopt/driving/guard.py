@@ -8,7 +8,7 @@ from math import inf
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.driving.action_chunk import ActionChunk, ActionMotion, along_actions, joints_of
+from trajopt.driving.action_chunk import ActionChunk, ActionMotion, along_actions, joints_of, quick_enough
 from trajopt.driving.commit_loop import CommitLoop, joint_outside, refuse_rolling
 from trajopt.driving.committed_motion import INSTANT, REST
 from trajopt.driving.events import EventKind
@@ -30,10 +30,10 @@ from trajopt.verify import Verdict
 
 RATES = (1.0, 0.5, 0.25)
 """Rates at which the actions are tried, the next if no motion along them is within the limits."""
-DEVIATIONS = (1e-5, 1e-3, 5e-3, 3e-2, 0.3)
+DEVIATIONS = (1e-5, 1e-3, 5e-3, 3e-2, 0.3, 3.0)
 """Deviations from the actions that weigh as much as the largest jerk [rad | m]: the repeatability of an
-arm, the noise of a policy, the present acceleration that it overlooks, a jump of its actions, and an arm that
-comes up to speed.
+arm, the noise of a policy, the present acceleration that it overlooks, a jump of its actions, an arm that
+comes up to speed, and actions far from the arm.
 """
 SAME = 1e-3
 """Largest deviation at which an action counts as unchanged [rad | m]."""
@@ -157,6 +157,7 @@ class Guard(CommitLoop):
         self._braking = Braking(with_jerk(problem.limits), STEP)
         self._near = self._commitment.approach_query(scene, self._braking, self.options.clearance)
         self._chunk: ActionChunk | None = None
+        self._latest: ActionChunk | None = None
         self._next = -inf
         self._commitment.guard.prepare(self._commitment.world)
         self._rehearse()
@@ -215,10 +216,10 @@ class Guard(CommitLoop):
                 return self._stopped(self._failure, times)
             self._next = -inf
             if not len(targets):
-                self._chunk = None
+                self._chunk = self._latest = None
                 self._commitment.stop(self.problem, wrong, lambda _: None)
                 return self._stopped(wrong, times)
-            self._chunk = ActionChunk(targets, times)
+            self._chunk = self._latest = ActionChunk.following(self._latest, targets, times)
             decision = self._advance(times)
         if wrong and decision.outcome in {ActionOutcome.AS_GIVEN, ActionOutcome.SMOOTHED}:
             decision = replace(decision, outcome=ActionOutcome.SHORTENED)
@@ -256,7 +257,8 @@ class Guard(CommitLoop):
         if commitment.world.stale(at):
             return
         shares = np.linspace(0.1, 1.0, 10)
-        chunk = ActionChunk(commitment.state(at)[0] + REHEARSED * shares[:, None], at + shares)
+        targets = commitment.state(at)[0] + REHEARSED * shares[:, None]
+        chunk = ActionChunk.following(None, targets, at + shares)
         self._proven(chunk, at)
         nearest = self._nearest(chunk, commitment.state(at), at)
         if nearest is not None:
@@ -304,7 +306,9 @@ class Guard(CommitLoop):
                 if contact <= INSTANT:  # so is every motion that begins there
                     return None, reason
             count //= 2
-            while count and motion.times[count] >= contact:  # it is on the way to these actions, too
+            while (
+                count and motion.times[motion.due[count - 1]] >= contact
+            ):  # it is on the way to these actions, too
                 count //= 2
         nearest = self._nearest(rest, state, at)
         if nearest is None:
@@ -318,9 +322,10 @@ class Guard(CommitLoop):
         found, limits = list[tuple[ActionMotion, int, float]](), self._braking.limits
         # An action beyond a position limit must not bend the motion along those before it.
         inside = rest.up_to(limits) or rest
+        deviations = quick_enough(DEVIATIONS, float(inside.times[-1]) - at, limits)
         for rate in RATES:
             followed = inside if rate == 1.0 else inside.slowed(at, rate)
-            motion = along_actions(state, at, followed, DEVIATIONS, limits)
+            motion = along_actions(state, at, followed, deviations, limits)
             whole = rest if rate == 1.0 else rest.slowed(at, rate)
             found.append((replace(motion, chunk=whole), motion.within, rate))
             if motion.within == len(inside.times):
@@ -380,7 +385,7 @@ def _outcome(motion: ActionMotion, count: int, rate: float, actions: ActionChunk
         return ActionOutcome.SLOWED
     if count < len(actions.times):
         return ActionOutcome.SHORTENED
-    off = np.abs(motion.states[0, 1:] - actions.targets).max()
+    off = np.abs(motion.states[0, motion.due] - actions.targets).max()
     return ActionOutcome.AS_GIVEN if off <= SAME else ActionOutcome.SMOOTHED
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from enum import Enum
 
-from trajopt.values.arrays import Floats
+from trajopt.values.arrays import Floats, Ints
 
 class Outcome(Enum):
     """What came of timing a path, or why nothing did."""
@@ -183,23 +183,17 @@ def stop_from(begin: Floats, limits: Floats, tick: float, excess: float) -> tupl
     """
 
 def track(
-    begin: Floats, times: Floats, targets: Floats, weights: Floats, limits: Floats
+    begin: Floats,
+    times: Floats,
+    due: Ints,
+    targets: Floats,
+    counted: int,
+    weights: Floats,
+    limits: Floats,
 ) -> tuple[Floats, Floats, int]:
-    """Return the motion of constant jerks that stays near targets.
+    """Return the motion of jerks that are constant between times, and which stays near targets.
 
-    It minimises the sum over the targets of (q_k - a_k)^2 + (w j_k)^2, for the first weight w that keeps
-    limits at all targets, or else the first that keeps them at most targets.
-
-    Args:
-        begin: Positions, velocities and accelerations, shape (3, n).
-        times: Of the begin and of the targets, shape (k + 1,) [s].
-        targets: Shape (k, n) [rad | m].
-        weights: Of jerks j_k, shape (m,) [s^3].
-        limits: As of `stop_from`.
-
-    Returns:
-        States at the begin and at the targets, shape (3, k + 1, n), the jerks up to each target, shape (k,
-        n), and the number of targets up to the first at which a limit is exceeded.
+    Args and Returns are those of `trajopt.timing.time_scaling.tracking`.
 
     Raises:
         ValueError: If the shapes do not match, times do not increase, or what has to be finite is not.

@@ -18,7 +18,7 @@ import numpy as np
 
 from trajopt.native import timing
 from trajopt.robot.joints import EXCESS, JointLimits
-from trajopt.values.arrays import Floats, Value
+from trajopt.values.arrays import Floats, Ints, Value
 from trajopt.values.cached import cached_per_value
 from trajopt.values.trajectory import MEETING, Trajectory
 
@@ -239,25 +239,34 @@ def stop_at_the_end(times: Floats, states: Floats, limits: JointLimits) -> Traje
 
 
 def tracking(
-    begin: Floats, times: Floats, targets: Floats, weights: Floats, limits: JointLimits
+    begin: Floats,
+    times: Floats,
+    due: Ints,
+    targets: Floats,
+    weights: Floats,
+    limits: JointLimits,
+    *,
+    counted: int,
 ) -> tuple[Floats, Floats, int]:
-    """Return a motion of constant jerks that stays near targets a_k.
+    """Return a motion of jerks that are constant between times, and which stays near targets a_k.
 
-    It minimises the sum over the targets of (q_k - a_k)^2 + (w j_k)^2, where j_k are the jerks: a
-    linear-quadratic regulator, by a recursion in square-root form (Bierman, "Factorization methods for
-    discrete sequential estimation", 1977). w is the first weight for which the limits hold at all targets, or
-    else at most of them.
+    It minimises the sum over the targets of (q_k - a_k)^2, and over the times of (w j_k)^2, where j_k are the
+    jerks: a linear-quadratic regulator, by a recursion in square-root form (Bierman, "Factorization methods
+    for discrete sequential estimation", 1977). w is the first weight for which the limits hold up to all
+    targets that count, or else up to most of them.
 
     Args:
-        times: Of the begin and of the targets, shape (k + 1,) [s].
-        targets: Shape (k, n) [rad | m].
-        weights: Of the jerks, shape (m,) [s^3].
+        times: Of the begin and later, shape (k + 1,) [s].
+        due: Indices in `times` of the targets, above 0, shape (m,).
+        targets: Shape (m, n) [rad | m].
+        weights: Of the jerks, shape (w,) [s^3].
+        counted: Number of targets that count, the first.
 
     Returns:
-        States at the begin and at the targets, shape (3, k + 1, n), the jerks up to each target, shape (k,
-        n), and the number of targets up to the first at which a limit is exceeded.
+        States at the times, shape (3, k + 1, n), the jerks between them, shape (k, n), and the number of
+        targets up to the first time at which a limit is exceeded, at most `counted`.
     """
-    return timing.track(begin, times, targets, weights, limit_rows(limits))
+    return timing.track(begin, times, due, targets, counted, weights, limit_rows(limits))
 
 
 @cached_per_value

@@ -243,20 +243,26 @@ auto stop_from(const Matrix<double>& begin, const Matrix<double>& limits, double
   return std::make_tuple(hand_over(std::move(times), {count}), in_orders(found.rows, begin.shape(1)));
 }
 
-// A motion near targets, (k, n), with the first of some weights that keeps all, or else most of them: states at the begin and
-// at each target, (3, k + 1, n), jerks, (k, n), and the targets kept.
-auto track(const Matrix<double>& begin, const Vector<double>& times, const Matrix<double>& targets,
-           const Vector<double>& weights, const Matrix<double>& limits) {
+// A motion of constant jerks between times, (k + 1,), near targets, (m, n), that are due at some of them, with the first of
+// some weights that keeps the first `counted`, or else most of them: states, (3, k + 1, n), jerks, (k, n), and the number kept.
+auto track(const Matrix<double>& begin, const Vector<double>& times, const Vector<std::int64_t>& due,
+           const Matrix<double>& targets, std::size_t counted, const Vector<double>& weights, const Matrix<double>& limits) {
   const Joints joints(begin, limits);
-  const std::size_t count = targets.shape(0);
-  expect(times.shape(0) == count + 1 && targets.shape(1) == begin.shape(1), "times must be (k + 1,), targets (k, n)");
+  const std::size_t count = times.size() - 1;
+  expect(targets.shape(0) == due.size() && targets.shape(1) == begin.shape(1), "targets must be (m, n), one for each due");
   for (std::size_t k = 0; k < count; ++k) expect(times(k) < times(k + 1), "times must increase");
+  std::vector<std::size_t> at;
+  for (std::size_t k = 0; k < due.size(); ++k) {
+    expect(due(k) > (k ? due(k - 1) : 0) && due(k) <= static_cast<std::int64_t>(count), "due must increase from 1 to k");
+    at.push_back(static_cast<std::size_t>(due(k)));
+  }
   expect(weights.size() > 0 && *std::min_element(weights.data(), weights.data() + weights.size()) > 0.0,
          "the weights must be above 0");
+  const Numbers moments = copied(times);
   tracking::Tracked found;
-  for (std::size_t i = 0; i < weights.size() && (i == 0 || found.kept < count); ++i) {
+  for (std::size_t i = 0; i < weights.size() && (i == 0 || found.kept < counted); ++i) {
     tracking::Tracked next =
-        tracking::track(joints.moving, times.data(), targets.data(), count, weights(i), joints.limits);
+        tracking::track(joints.moving, moments, at, targets.data(), counted, weights(i), joints.limits);
     if (i == 0 || next.kept > found.kept) found = std::move(next);
   }
   return std::make_tuple(in_orders(found.rows, begin.shape(1)),
@@ -351,7 +357,7 @@ NB_MODULE(timing, m) {
   m.def("brake", &brake, "times"_a, "coefficients"_a, "acceleration"_a, "jerk"_a, "ramp"_a, "begin"_a, "share"_a,
         "kept"_a, "step"_a);
   m.def("stop_from", &stop_from, "begin"_a, "limits"_a, "tick"_a, "excess"_a);
-  m.def("track", &track, "begin"_a, "times"_a, "targets"_a, "weights"_a, "limits"_a);
+  m.def("track", &track, "begin"_a, "times"_a, "due"_a, "targets"_a, "counted"_a, "weights"_a, "limits"_a);
   nb::class_<Stops>(m, "Stops")
       .def(nb::init<const Vector<double>&, const Block<double>&, const Vector<double>&, const Vector<double>&, Numbers,
                     std::vector<std::size_t>, double, double, double, double, double>(),

@@ -1,9 +1,9 @@
 // The motion of joints with constant jerks that stays near targets.
 //
-// It minimises the sum over the targets a_k of (q_k - a_k)^2 + (w j_k)^2: a linear-quadratic regulator. The cost from a time
-// on is |R x - z|^2 of the state x then. In square-root form each step back is the QR decomposition of a few rows, so
-// rounding is not squared, as in the Riccati recursion (Bierman, "Factorization methods for discrete sequential estimation",
-// 1977). The joints share all but z.
+// It minimises the sum over the targets a_k of (q_k - a_k)^2, and over the times of (w j_k)^2: a linear-quadratic regulator.
+// The cost from a time on is |R x - z|^2 of the state x then. In square-root form each step back is the QR decomposition of
+// a few rows, so rounding is not squared, as in the Riccati recursion (Bierman, "Factorization methods for discrete
+// sequential estimation", 1977). The joints share all but z.
 #pragma once
 
 #include "joint_stop.hpp"
@@ -13,9 +13,9 @@ namespace tracking {
 using stopping::JointLimit, stopping::Moving, timing::Numbers;
 
 struct Tracked {
-  std::vector<Moving> rows;  // One of each joint at the begin and at each target.
-  Numbers jerks;             // One of each joint up to each target.
-  std::size_t kept = 0;      // Targets up to the first at which a limit is exceeded.
+  std::vector<Moving> rows;  // One of each joint at each time.
+  Numbers jerks;             // One of each joint up to each time after the begin.
+  std::size_t kept = 0;      // Targets up to the first time at which a limit is exceeded, at most those that count.
 };
 
 inline bool keeps(const Moving& at, double jerk, const JointLimit& limit) {
@@ -62,31 +62,37 @@ class Rows {
   timing::Table table_;
 };
 
-// Times of the begin and of the targets; targets of each joint, one row after the other.
-inline Tracked track(const std::vector<Moving>& begin, const double* times, const double* targets, std::size_t count,
-                     double weight, const std::vector<JointLimit>& limits) {
-  const std::size_t joints = begin.size(), width = Rows::kUnknowns + joints;
+// Targets of each joint, one row after the other, that are due at some of the times; the first `counted` count as kept.
+inline Tracked track(const std::vector<Moving>& begin, const Numbers& times, const std::vector<std::size_t>& due,
+                     const double* targets, std::size_t counted, double weight, const std::vector<JointLimit>& limits) {
+  const std::size_t joints = begin.size(), width = Rows::kUnknowns + joints, count = times.size() - 1;
   Rows rows(joints);  // The first is of the jerk, the last of the target, the others of the cost after that.
   timing::Table feedback(count, width);
-  for (std::size_t k = count; k-- > 0;) {
+  for (std::size_t k = count, next = due.size(); k-- > 0;) {
     std::fill_n(rows[0], width, 0.0), std::fill_n(rows[4], width, 0.0);
-    rows[0][0] = weight, rows[4][1] = 1.0;
-    for (std::size_t j = 0; j < joints; ++j) rows[4][4 + j] = targets[k * joints + j] - begin[j].position;
+    rows[0][0] = weight;
+    if (next && due[next - 1] == k + 1) {
+      const double* target = targets + --next * joints;
+      rows[4][1] = 1.0;
+      for (std::size_t j = 0; j < joints; ++j) rows[4][4 + j] = target[j] - begin[j].position;
+    }
     rows.begin_with(times[k + 1] - times[k]);
     rows.decompose();
     std::copy_n(rows[0], width, feedback[k]);
   }
-  Tracked found{begin, Numbers(count * joints), count};
+  Tracked found{begin, Numbers(count * joints), counted};
   found.rows.reserve((count + 1) * joints);
-  for (std::size_t k = 0; k < count; ++k)
+  for (std::size_t k = 0, reached = 0; k < count; ++k) {
     for (std::size_t j = 0; j < joints; ++j) {
       const Moving at = found.rows[k * joints + j];
       const double* row = feedback[k];
       const double state = row[1] * (at.position - begin[j].position) + row[2] * at.velocity + row[3] * at.acceleration;
       const double jerk = found.jerks[k * joints + j] = (row[4 + j] - state) / row[0];
       found.rows.push_back(at.after(times[k + 1] - times[k], jerk));
-      if (found.kept == count && !keeps(found.rows.back(), jerk, limits[j])) found.kept = k;
+      if (!keeps(found.rows.back(), jerk, limits[j])) found.kept = std::min(found.kept, reached);
     }
+    if (reached < due.size() && due[reached] == k + 1) ++reached;
+  }
   return found;
 }
 
