@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull
 from tests.robot.test_robot import tetrahedron
 from trajopt.robot import bodies
 from trajopt.robot.bodies import Cover, MeshPolicy, cover_file, cover_mesh
+from trajopt.robot.robot import Robot
 from trajopt.values.errors import MeshFileError
 from trajopt.values.shapes.mesh import Mesh, load_mesh
 from trajopt.values.shapes.shapes import Convex
@@ -101,3 +102,35 @@ def test_cutting_ends_at_its_bound_and_reports_it(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("trajopt.robot.bodies._MOST_WORK", 10**10)
     monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path / "anew"))
     assert "stand out" not in cover_mesh(mesh, MeshPolicy()).note
+
+
+CRANE = """<robot name="crane"><link name="base"/>
+<link name="boom"><collision><geometry>
+<mesh filename="two.stl" scale="{0} {0} {0}"/></geometry></collision></link>
+<link name="jib"><collision><geometry>
+<mesh filename="two.stl" scale="0.01 0.01 0.01"/></geometry></collision></link>
+<joint name="slew" type="revolute"><parent link="base"/><child link="boom"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+<joint name="luff" type="revolute"><parent link="boom"/><child link="jib"/><axis xyz="0 1 0"/>
+<origin xyz="{1} 0 0"/><limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("reach", "given", "boom"), [(1.5, None, 0.01), (10.0, None, 0.05), (10.0, 0.02, 0.02)]
+)
+def test_only_large_meshes_of_large_robots_are_covered_less_finely(
+    file: Path, monkeypatch: pytest.MonkeyPatch, reach: float, given: float | None, boom: float
+) -> None:
+    (file.parent / "crane.urdf").write_text(CRANE.format(0.5, reach))
+    used: list[float] = []
+
+    def recorded(policy: MeshPolicy, mesh: Mesh) -> float:
+        used.append(tolerance_of(policy, mesh))
+        return used[-1]
+
+    tolerance_of = MeshPolicy.tolerance_of
+    monkeypatch.setattr(MeshPolicy, "tolerance_of", recorded)
+    policy = None if given is None else MeshPolicy(tolerance=given)
+    Robot.from_urdf(file.parent / "crane.urdf", meshes=policy)
+    jib = 0.01 if given is None else given
+    assert used == pytest.approx([boom, jib])

@@ -39,11 +39,23 @@ class MeshPolicy:
         tolerance: A mesh is cut until its pieces protrude by about this [m]: at most 1.2 times at test
             points, and 1.55 times anywhere; if the allowed work is exceeded, the note contains the
             protrusion.
+        large: Tolerance for large meshes, if it is more: at most a twentieth of their longest side [m].
     """
 
     exact: bool = False
     hull_excess: float = 0.05
     tolerance: float = 0.01
+    large: float = 0.0
+
+    def tolerance_of(self, mesh: Mesh) -> float:
+        """Return the tolerance for a mesh [m]."""
+        return max(self.tolerance, min(self.large, float(np.ptp(mesh.vertices, axis=0).max()) / 20.0))
+
+
+FINE = 0.005
+"""Tolerance of a robot's large meshes, as a share of its reach: a centimetre for two metres, longer than most
+arms. An arm of ten metres would need hundreds of pieces for a centimetre.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,14 +81,15 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
         known = f"exact mesh of {len(mesh.faces)} triangles"
         doubt = closed_surface(mesh).note
         return Cover((mesh,), f"{known}; {doubt}" if doubt else known, centre)
-    cover = convex_pieces(mesh, hull_excess=policy.hull_excess, tolerance=policy.tolerance)
+    tolerance = policy.tolerance_of(mesh)
+    cover = convex_pieces(mesh, hull_excess=policy.hull_excess, tolerance=tolerance)
     shapes = tuple(convex(piece) for piece in cover.pieces)
     if cover.method is CoverMethod.HULL:
         return Cover(shapes, "convex hull", centre)
     note = f"{len(shapes)} convex pieces"
-    coarse = cover.reach > FARTHEST * policy.tolerance
+    coarse = cover.reach > FARTHEST * tolerance
     if coarse:
-        far, asked = 1000.0 * cover.reach, 1000.0 * policy.tolerance
+        far, asked = 1000.0 * cover.reach, 1000.0 * tolerance
         note += (
             f", which protrude by up to {far:.0f} mm: cutting reached its limit of work before "
             f"{asked:g} mm; MeshPolicy(exact=True) keeps the triangles"
@@ -101,7 +114,7 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
             "coarse": np.array(cover.coarse),
         }
 
-    options = np.array([VERSION, _VERSION, *scale, policy.hull_excess, policy.tolerance])
+    options = np.array([VERSION, _VERSION, *scale, policy.hull_excess, policy.tolerance, policy.large])
     key = (path.suffix.lower().encode(), options.tobytes(), path.read_bytes())
     kept = cached_arrays("cover", key, _KEPT, make)
     vertices, faces = kept["vertices"], kept["faces"]

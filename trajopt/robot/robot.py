@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.robot.bases import MovingBase, RobotBase
-from trajopt.robot.bodies import CollisionBody, MeshPolicy, robot_bodies
+from trajopt.robot.bodies import FINE, CollisionBody, MeshPolicy, robot_bodies
 from trajopt.robot.joints import JointLimits, LimitKind, configuration, joint_unit, joint_units
 from trajopt.robot.loading.base_joints import with_base
 from trajopt.robot.loading.calibration import calibrated
@@ -22,6 +22,7 @@ from trajopt.robot.loading.mjcf import read_mjcf
 from trajopt.robot.loading.pinocchio_model import (
     ModelData,
     adjacent_links,
+    chain_lengths,
     check_joints,
     described,
     described_limits,
@@ -188,7 +189,8 @@ class Robot(Value):
             xacro: Arguments of a xacro file by name.
             frames: Further frames fixed to links, such as tool centre points, each a link and a
                 placement in it.
-            meshes: How collision meshes become convex; the default policy if None.
+            meshes: How collision meshes become convex; if None within a centimetre, or for large meshes of
+                robots that reach more than two metres within a two hundredth of the reach.
             base: A moving base, made by `trajopt.bases`; a fixed base if None.
 
         Raises:
@@ -517,7 +519,9 @@ def _assembled(
     links = link_names(model)
     named = semantics_of(model, semantics, description.mimics)
     motorless = frozenset((*description.mimics, *semantics.passive_joints, *base.joints))
-    solid = robot_bodies(description.collisions, options.meshes or MeshPolicy())
+    solid = robot_bodies(
+        description.collisions, options.meshes or MeshPolicy(large=FINE * chain_lengths(model, {}).max())
+    )
     return Robot(
         name=options.name or description.name,
         model=model,

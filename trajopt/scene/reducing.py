@@ -13,7 +13,14 @@ import pinocchio as pin
 from trajopt.robot.joints import WORLD_ANCHOR, Anchor, FixedBody, JointLimits
 from trajopt.robot.loading.groups import Group
 from trajopt.robot.loading.mimics import followed_limits
-from trajopt.robot.loading.pinocchio_model import ModelData, distinct_links, model_data, model_of, named_again
+from trajopt.robot.loading.pinocchio_model import (
+    ModelData,
+    chain_lengths,
+    distinct_links,
+    model_data,
+    model_of,
+    named_again,
+)
 from trajopt.robot.robot import Robot
 from trajopt.scene.clearances import (
     ROOM,
@@ -620,13 +627,9 @@ def _reach(robot: ReducedRobot) -> float:
     """Bound the distance of bodies from the first joint that moves them [m]; inf if none moves."""
     model, limits = robot.model, robot.limits
     ranges = dict(zip(limits.joint_names, limits.upper - limits.lower, strict=True))
-    far, reach = np.zeros(model.njoints), 0.0
-    for joint in range(1, model.njoints):
-        before = model.parents[joint]
-        if before:
-            far[joint] = far[before] + np.linalg.norm(model.jointPlacements[joint].translation)
-        if model.joints[joint].shortname().startswith("JointModelP"):
-            far[joint] += ranges.get(model.names[joint], 0.0)
+    joints = zip(model.names, model.joints, strict=True)
+    slides = {name: ranges.get(name, 0.0) for name, each in joints if "JointModelP" in each.shortname()}
+    far, reach = chain_lengths(model, slides), 0.0
     for body in robot.bodies:
         if body.joint and not isinstance(body.shape, Plane):
             centre, radius = bounding_sphere(body.shape)

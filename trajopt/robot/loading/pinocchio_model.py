@@ -49,6 +49,21 @@ def link_joint(model: pin.Model, link: str) -> int:
     return int(model.frames[link_frame(model, link)].parentJoint)
 
 
+def chain_lengths(model: pin.Model, slides: Mapping[str, float]) -> Floats:
+    """Bound the distance of joints from the first joint of their chain, shape (model.njoints,) [m].
+
+    Args:
+        slides: Joint -> how far it slides [m]; others turn.
+    """
+    lengths = np.zeros(model.njoints)
+    for joint in range(1, model.njoints):
+        before = model.parents[joint]
+        if before:
+            lengths[joint] = lengths[before] + np.linalg.norm(model.jointPlacements[joint].translation)
+        lengths[joint] += slides.get(model.names[joint], 0.0)
+    return lengths
+
+
 def link_above(model: pin.Model, link: str) -> str:
     """Return the name of a link's parent link; the joint between them may be fixed."""
     joint = model.frames[model.frames[link_frame(model, link)].parentFrame]
