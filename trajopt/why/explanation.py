@@ -158,18 +158,46 @@ def _of_seeds(result: Result) -> str:
     return f", of {in_number(result.attempts, 'seed')}" if result.attempts else ""
 
 
-def _solved(result: Result) -> Explanation:
-    return _explained(result, "the judge recomputed everything from the motion alone")
+_JUDGED = "the judge recomputed everything from the motion alone"
+_BEFOREHAND = "the method said so before anything began"
+_IN_TIME = (
+    "the motion planned without what changes was looked at every 20 ms, and other ways were tried in vain"
+)
+_GROUNDS = {
+    Status.SOLVED: (_JUDGED, _JUDGED),
+    Status.METHOD_CANNOT: (_BEFOREHAND, _BEFOREHAND),
+    Status.START_TOO_FAST: (
+        "the start and how hard the joints' own limits let them brake decide this",
+        "configurations that may be reached by then were drawn at random",
+    ),
+    Status.INEVITABLE: (
+        "each joint's own limits bound where it can be by then, and boxes that cover all of that were "
+        "closed with depths that the judge measured",
+        "configurations that may be reached by then were drawn at random; others may be clear",
+    ),
+    Status.FIXED_LINK_MET: (
+        "the two are as near to each other whatever the joints do, the judge measured how near, and by "
+        "their own limits the joints are not all at the goal before",
+        "the motion planned without what changes takes longer; another may be over before",
+    ),
+    Status.GOAL_OCCUPIED: (
+        "all of the goal was closed, at all times at which the arm could be there, by boxes that cover it",
+        "the goal configurations that were found were looked at every 20 ms; others may be free",
+    ),
+    Status.BLOCKED_IN_TIME: (_IN_TIME, _IN_TIME),
+}
+"""Grounds of statuses with obstructions that the planner found, or none: proven, and as evidence."""
 
 
-def _cannot(result: Result) -> Explanation:
-    return _explained(result, "the method said so before anything began")
-
-
-def _too_fast(result: Result) -> Explanation:
-    if result.certainty is Certainty.PROVEN:
-        return _explained(result, "the start and how hard the joints' own limits let them brake decide this")
-    return _explained(result, "configurations that may be reached by then were drawn at random")
+def _found_by_planner(result: Result) -> Explanation:
+    """Explain by the obstructions that the planner found, if any."""
+    at = None
+    if result.status in (Status.INEVITABLE, Status.FIXED_LINK_MET):
+        at = result.problem.reduced.start_positions
+    elif result.status is Status.GOAL_OCCUPIED and result.trajectory is not None:
+        at = result.trajectory.positions[-1]
+    grounds = _GROUNDS[result.status][result.certainty is not Certainty.PROVEN]
+    return _explained(result, grounds, blocks=result.blocks, configuration=at)
 
 
 def _too_late(result: Result) -> Explanation:
@@ -330,45 +358,6 @@ def _timing(result: Result) -> Explanation:
     )
 
 
-_GROUNDS = {
-    Status.INEVITABLE: (
-        "each joint's own limits bound where it can be by then, and boxes that cover all of that were "
-        "closed with depths that the judge measured",
-        "configurations that may be reached by then were drawn at random; others may be clear",
-    ),
-    Status.FIXED_LINK_MET: (
-        "the two are as near to each other whatever the joints do, the judge measured how near, and by "
-        "their own limits the joints are not all at the goal before",
-        "the motion planned without what changes takes longer; another may be over before",
-    ),
-}
-"""Grounds of a contact at the start, proven and as evidence."""
-
-
-def _met_at_start(result: Result) -> Explanation:
-    grounds = _GROUNDS[result.status][result.certainty is not Certainty.PROVEN]
-    start = result.problem.reduced.start_positions
-    return _explained(result, grounds, blocks=result.blocks, configuration=start)
-
-
-def _occupied(result: Result) -> Explanation:
-    if result.certainty is Certainty.PROVEN:
-        grounds = (
-            "all of the goal was closed, at all times at which the arm could be there, by boxes that cover it"
-        )
-    else:
-        grounds = "the goal configurations that were found were looked at every 20 ms; others may be free"
-    at = None if result.trajectory is None else result.trajectory.positions[-1]
-    return _explained(result, grounds, blocks=result.blocks, configuration=at)
-
-
-def _in_time(result: Result) -> Explanation:
-    grounds = (
-        "the motion planned without what changes was looked at every 20 ms, and other ways were tried in vain"
-    )
-    return _explained(result, grounds, blocks=result.blocks)
-
-
 def _refused(result: Result) -> Explanation:
     certificate = result.certificate
     assert isinstance(certificate, Certificate)
@@ -392,11 +381,10 @@ def _refused(result: Result) -> Explanation:
 
 
 _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
-    Status.SOLVED: _solved,
+    **dict.fromkeys(_GROUNDS, _found_by_planner),
     Status.START_IN_COLLISION: _start,
     Status.CLEARANCE_IMPOSSIBLE: _never_apart,
     Status.START_OUT_OF_LIMITS: _start,
-    Status.START_TOO_FAST: _too_fast,
     Status.START_BREAKS_CONSTRAINT: _start,
     Status.START_CANNOT_BE_HELD: _start,
     Status.GOAL_IN_COLLISION: _goal,
@@ -406,12 +394,7 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.NO_INVERSE_KINEMATICS: _goal,
     Status.CONFLICTING_CONSTRAINTS: _goal,
     Status.TOO_LATE: _too_late,
-    Status.METHOD_CANNOT: _cannot,
     Status.PROVEN_INFEASIBLE: _walled_in,
-    Status.INEVITABLE: _met_at_start,
-    Status.FIXED_LINK_MET: _met_at_start,
-    Status.GOAL_OCCUPIED: _occupied,
-    Status.BLOCKED_IN_TIME: _in_time,
     Status.NO_TIMING: _timing,
     Status.NOT_VERIFIED: _refused,
 }

@@ -120,13 +120,10 @@ def mesh_message(mesh: Mesh | Convex) -> msg.Mesh:
 
 def matrix_message(scene: Scene) -> msg.AllowedCollisionMatrix:
     names = [*scene.robot.links, *(name for name, item in scene.objects.items() if item.parts)]
-    rows = [msg.AllowedCollisionEntry([_excused(scene, a, b) for b in names]) for a in names]
-    defaults = scene.allowed.defaults
+    allowed = scene.allowed
+    rows = [msg.AllowedCollisionEntry([a != b and allowed.allowed(a, b) for b in names]) for a in names]
+    defaults = allowed.defaults
     return msg.AllowedCollisionMatrix(names, rows, list(defaults), list(defaults.values()))
-
-
-def _excused(scene: Scene, a: str, b: str) -> bool:
-    return a != b and scene.allowed.allowed(a, b)
 
 
 def state_message(scene: Scene, positions: Floats) -> msg.RobotState:

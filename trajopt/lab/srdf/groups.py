@@ -153,7 +153,11 @@ def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
         return tuple(groups)
     base = ProposedGroup(name=BASE, base="", tip=root, links=(), joints=(BASE_JOINT,), driven=())
     on_torso = [group for group in groups if group.name.endswith(f"_{TORSO}")]
-    return (*groups, base, *(_on_base(group) for group in on_torso or _arms(groups)))
+    on_base = (
+        replace(group, name=f"{group.name}_{BASE}", parts=(BASE, group.name))
+        for group in on_torso or _arms(groups)
+    )
+    return (*groups, base, *on_base)
 
 
 def _torso_apart(tree: LinkTree, chain: list[ProposedGroup]) -> list[list[ProposedGroup]]:
@@ -190,10 +194,6 @@ def _on_torso(arm: ProposedGroup, torso: ProposedGroup) -> ProposedGroup:
         joints=(*torso.joints, *arm.joints),
         driven=(*torso.driven, *arm.driven),
     )
-
-
-def _on_base(group: ProposedGroup) -> ProposedGroup:
-    return replace(group, name=f"{group.name}_{BASE}", parts=(BASE, group.name))
 
 
 def _chains(tree: LinkTree, base: str) -> list[list[ProposedGroup]]:

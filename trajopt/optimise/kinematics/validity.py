@@ -61,9 +61,8 @@ class Validity(Value):
                 f"the margin is {1000.0 * self.margin:.1f} mm"
             )
         found += [joint.words for joint in self.examination.out_of_limits]
-        found += [
-            f"{check.name} of {check.subject}: {check.detail}" for check in self.checks if _broken(check)
-        ]
+        broken = (check for check in self.checks if check.required and not check.holds)
+        found += [f"{check.name} of {check.subject}: {check.detail}" for check in broken]
         return tuple(found)
 
     def as_dict(self) -> dict[str, Any]:
@@ -117,10 +116,6 @@ def validity(
         checks=judge.check(place, requirements_of(reduced, "requirements", requirements)),
         left_out=reduced.scene.changing,
     )
-
-
-def _broken(check: Check) -> bool:
-    return check.required and not check.holds
 
 
 def clear(query: Evaluator, positions: Floats, margin: Floats) -> Bools:

@@ -63,8 +63,9 @@ def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
             child = bottom
             frame = _add_below(root, bottom, frame or WORLD, base.joints, moved)
         srdf = _in_groups(_expanded(srdf, known, moved, child), base, moved)
-    notes = [_still(joint.get("type", ""), name) for name, joint in inside.items()]
-    for joint in inside.values():
+    notes: list[str] = []
+    for name, joint in inside.items():
+        notes.append(f"the {joint.get('type', '')} joint {shown(name)} does not move: {TO_MOVE_IT}")
         joint.set("type", "fixed")
     mounted = RobotBase(known, frame, moved)
     if base is not None:
@@ -102,10 +103,6 @@ def _check_free(root: ElementTree.Element, names: Sequence[str]) -> None:
     for name in names:
         if name in taken:
             raise ModelError(f"base: the URDF has a joint {shown(name)} already; give the base another name")
-
-
-def _still(kind: str, name: str) -> str:
-    return f"the {kind} joint {shown(name)} does not move: {TO_MOVE_IT}"
 
 
 def _replace_joint(
