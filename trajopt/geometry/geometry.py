@@ -168,13 +168,16 @@ def _transform(placement: Placement) -> coal.Transform3s:
     return coal.Transform3s(np.array(placement.rotation), np.array(placement.translation))
 
 
-def distance_from(scene: Scene, name: str, links: Container[str], at: Floats) -> float:
+def distance_from(
+    scene: Scene, name: str, links: Container[str], at: Floats, stands: Placement | None = None
+) -> float:
     """Return the distance of an object from the bodies of links, negative if they overlap [m].
 
     Args:
         at: Positions of all joints, shape (number of joints,) [rad | m].
+        stands: Placement of the object; as in the scene if None.
     """
-    place, parts = scene.placement_of(name, at), scene.object(name).parts
+    place, parts = stands or scene.placement_of(name, at), scene.object(name).parts
     bodies = [
         (scene.placement_of(body.frame, at) * body.placement, body.shape)
         for body in scene.robot.bodies

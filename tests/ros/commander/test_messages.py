@@ -175,6 +175,8 @@ def test_moments_and_spans(monkeypatch: pytest.MonkeyPatch) -> None:
     assert moment - rospy.Time.from_sec(9.75) == span and moment - span == rospy.Time(9.75)
     assert span + span == rospy.Duration(1.5) and span - rospy.Duration(1) == rospy.Duration(-0.25)
     assert rospy.Duration(1) > span and moment < rospy.Time(11)
+    assert span * 2 == 2.0 * span == rospy.Duration(1.5) and span / 3 == rospy.Duration(0.25)
+    assert span / rospy.Duration(0.25) == 3.0 and abs(-span) == span
     now = [100.0]
     monkeypatch.setattr("trajopt.ros.commander.rospy.time.monotonic", lambda: now[0])
     monkeypatch.setattr(
@@ -202,6 +204,18 @@ def test_the_rospy_stand_in_has_the_calls_of_scripts(monkeypatch: pytest.MonkeyP
     assert slept == [0.5, 1.5]
     assert rospy.Time.now().to_sec() == pytest.approx(rospy.get_time(), abs=60.0)
     assert rospy.Duration.from_sec(2.25) == rospy.Duration(2, 250_000_000)
+
+
+def test_texts_are_logged_once_or_seldom(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    now = [100.0]
+    monkeypatch.setattr("trajopt.ros.commander.rospy.time.monotonic", lambda: now[0])
+    caplog.set_level("INFO", "trajopt.ros.commander")
+    for now[0] in (100.0, 101.0, 103.0):
+        rospy.loginfo_once("a first %s", "time")
+        rospy.logwarn_throttle(2.0, "seldom")
+    assert caplog.messages == ["a first time", "seldom", "seldom"]
 
 
 def test_collision_matrix() -> None:

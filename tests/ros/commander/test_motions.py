@@ -160,6 +160,20 @@ def test_a_grasp_that_a_script_gives(panda: MoveGroupCommander) -> None:
     assert panda.get_last_outcome() is None
 
 
+def test_fingers_told_to_close_wholly_stop_at_the_object_and_open_as_told(panda: MoveGroupCommander) -> None:
+    """As in MoveIt's tutorial: the fingers were planned into the box, and opened 2 cm wide at the place."""
+    grasp = Grasp(pre_grasp_posture=fingers(0.078), grasp_posture=fingers(0.0))
+    grasp.grasp_pose = stamped(placement((0.45, -0.2, 0.28), rpy=(np.pi, 0, 0)), "panda_link0")
+    assert panda.pick("box", [grasp]) == MoveItErrorCodes.SUCCESS
+    assert panda.get_last_pick_place().grasp.width == pytest.approx(0.05, abs=1e-4)
+    spot = PlaceLocation(post_place_posture=fingers(0.074))
+    spot.place_pose = stamped(placement((0.45, 0.2, 0.25)), "panda_link0")
+    assert panda.place("box", [spot]) == MoveItErrorCodes.SUCCESS
+    released = panda.get_last_pick_place().segment(grasping.Stage.RELEASE)
+    joint = released.scene.robot.index(["panda_finger_joint1"])
+    assert released.end[joint] == pytest.approx(0.037, abs=1e-4)
+
+
 def test_reports_that_no_path_exists(panda: MoveGroupCommander) -> None:
     far = Grasp(pre_grasp_posture=fingers(0.08), grasp_posture=fingers(0.05))
     far.grasp_pose = stamped(placement((3.0, 0.0, 0.3)), "panda_link0")

@@ -64,6 +64,22 @@ class Duration(Stamp):
     def __sub__(self, other: "Duration") -> "Duration":
         return Duration(0, self.to_nsec() - other.to_nsec())
 
+    def __mul__(self, factor: float) -> "Duration":
+        return Duration(0, round(self.to_nsec() * factor))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, by: "float | Duration") -> "Duration | float":
+        if isinstance(by, Duration):
+            return self.to_nsec() / by.to_nsec()
+        return Duration(0, round(self.to_nsec() / by))
+
+    def __neg__(self) -> "Duration":
+        return Duration(0, -self.to_nsec())
+
+    def __abs__(self) -> "Duration":
+        return Duration(0, abs(self.to_nsec()))
+
 
 class Time(Stamp):
     """A time since the epoch, `builtin_interfaces/Time` (in ROS 1 `time`)."""

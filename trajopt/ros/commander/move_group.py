@@ -23,6 +23,7 @@ from trajopt.files.moveit.frames import frame_named, read_vector, reading_at
 from trajopt.files.moveit.planning_scene import without_collisions
 from trajopt.files.moveit.scene_messages import layered_positions
 from trajopt.files.moveit.trajectories import trajectory_message, trajectory_of
+from trajopt.geometry.geometry import distance_from
 from trajopt.optimise.methods.timing import retime_path
 from trajopt.planning.result import Result
 from trajopt.problem.problem import Problem
@@ -64,12 +65,14 @@ from trajopt.tasks.sequence import PlannedSegment
 from trajopt.timing import RetimeFailure
 from trajopt.values.arrays import Floats, positive, sequence
 from trajopt.values.errors import ObjectNotFound, SolverNotFound, shown
-from trajopt.values.placement import WORLD
+from trajopt.values.placement import WORLD, Placement
 from trajopt.values.trajectory import Path, Trajectory
 
 R = TypeVar("R")
 
 THIRD = 3
+STOPPED = 1e-5
+"""Accuracy of the opening at which an object stops fingers [m]."""
 ALGORITHMS = (
     "iterative_time_parameterization",
     "iterative_spline_parameterization",
@@ -197,6 +200,7 @@ class GroupMotions(GroupBase):
             object_name,
             start=at,
             places=[place_of(each, scene, link=self._link(""), at=at) for each in places],
+            opening=_released(places, scene, self._group.name),
             group=self._group.name,
             constraints=constraints,
             settings=self._settings,
@@ -237,10 +241,13 @@ def grasp_of(message: Any, name: str, scene: Scene, gripper: Gripper, *, link: s
     where, frame = framed_placement(message.grasp_pose, WORLD)
     placed = scene.placement_of(frame_named(frame, scene.robot), at) * where
     tool = scene.placement_of(link, at).inverse() * scene.placement_of(gripper.tool, at)
+    placement = scene.placement_of(name, at).inverse() * placed * tool
+    opening = _opening(message.pre_grasp_posture, "pre_grasp_posture", scene, gripper)
+    closed = _opening(message.grasp_posture, "grasp_posture", scene, gripper)
     return Grasp(
-        placement=scene.placement_of(name, at).inverse() * placed * tool,
-        width=_opening(message.grasp_posture, "grasp_posture", scene, gripper),
-        opening=_opening(message.pre_grasp_posture, "pre_grasp_posture", scene, gripper),
+        placement=placement,
+        width=_stopped(name, scene, gripper, placement, opening, closed),
+        opening=opening,
         approach=_straight(message.pre_grasp_approach, link),
         lift=_straight(message.post_grasp_retreat, link),
         name=message.id or "grasp",
@@ -262,10 +269,36 @@ def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
     )
 
 
+def _stopped(
+    name: str, scene: Scene, gripper: Gripper, placement: Placement, opening: float, closed: float
+) -> float:
+    """Return the opening at which an object stops closing fingers [m]."""
+
+    def clear(width: float) -> bool:
+        at = gripper.opened(scene.robot, scene.robot.positions(), width)
+        stands = scene.placement_of(gripper.tool, at) * placement.inverse()
+        return distance_from(scene, name, gripper.fingers, at, stands) >= 0.0
+
+    if clear(closed) or not clear(opening):
+        return closed
+    while opening - closed > STOPPED:
+        middle = (opening + closed) / 2.0
+        opening, closed = (middle, closed) if clear(middle) else (opening, middle)
+    return opening
+
+
 def executed(segments: Sequence[PlannedSegment], world: World, tip: str) -> bool:
     """Execute planned motions in order; return whether all arrived."""
     executions = (Execution(each.result.problem.reduced, each.trajectory, tip) for each in segments)
     return all(world.execute(each, wait=True).reached for each in executions)
+
+
+def _released(places: Sequence[Any], scene: Scene, group: str) -> float | None:
+    """Return the opening of the first posture stated for the release [m]; None without one."""
+    postures = [each.post_place_posture for each in places if is_message(each, "post_place_posture")]
+    stated = [posture for posture in postures if posture.points]
+    gripper = gripper_of(scene.robot, group=group) if stated else None
+    return None if gripper is None else _opening(stated[0], "post_place_posture", scene, gripper)
 
 
 def _straight(message: Any, link: str) -> Straight:

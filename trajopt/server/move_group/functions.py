@@ -237,6 +237,7 @@ def put_down(
     group: str,
     constraints: Sequence[Requirement],
     settings: Settings,
+    opening: float | None = None,
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> PickPlaceResult:
@@ -246,6 +247,7 @@ def put_down(
         name,
         start=start,
         places=places,
+        opening=opening,
         group=group,
         constraints=constraints,
         options=_options(settings),

@@ -4,6 +4,7 @@ import logging
 import sys
 import time
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import Any
 
 from trajopt.files.messages import (
@@ -140,6 +141,44 @@ def logerr(msg: str, *args: object) -> None:
 
 def logfatal(msg: str, *args: object) -> None:
     _LOG.critical(msg, *args)
+
+
+def _repeated(log: Callable[..., None], period: float, msg: str, *args: object) -> None:
+    """Log a text unless it was logged within a period [s]."""
+    last, now = _LOGGED.get((log.__name__, msg)), time.monotonic()
+    if last is None or now - last >= period:
+        _LOGGED[log.__name__, msg] = now
+        log(msg, *args)
+
+
+_LOGGED: dict[tuple[str, str], float] = {}
+
+
+def loginfo_once(msg: str, *args: object) -> None:
+    _repeated(loginfo, inf, msg, *args)
+
+
+def logwarn_once(msg: str, *args: object) -> None:
+    _repeated(logwarn, inf, msg, *args)
+
+
+def logerr_once(msg: str, *args: object) -> None:
+    _repeated(logerr, inf, msg, *args)
+
+
+def loginfo_throttle(period: float, msg: str, *args: object) -> None:
+    """Log a text at most once in a period [s]."""
+    _repeated(loginfo, period, msg, *args)
+
+
+def logwarn_throttle(period: float, msg: str, *args: object) -> None:
+    """Log a text at most once in a period [s]."""
+    _repeated(logwarn, period, msg, *args)
+
+
+def logerr_throttle(period: float, msg: str, *args: object) -> None:
+    """Log a text at most once in a period [s]."""
+    _repeated(logerr, period, msg, *args)
 
 
 class Publisher:
