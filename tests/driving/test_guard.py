@@ -123,6 +123,19 @@ def test_chunks_far_from_the_arm_are_reached(free: to.Scene, count: int, rate: f
     np.testing.assert_allclose(arm.state().commanded, goal, atol=SAME)
 
 
+def test_the_reason_names_the_limits_that_a_motion_breaks(free: to.Scene) -> None:
+    weak = replace(free, robot=free.robot.with_torque_scaling(0.3))
+    upright = to.axis_alignment("panda_hand", direction=(0.0, 0.0, -1.0), tolerance=0.2)
+    for scene, constraints, joint, words in (
+        (weak, [], 1, "torque"),
+        (free, [upright], 5, "path constraints"),
+    ):
+        arm, guard = guarded(scene, constraints=constraints)
+        decision = guard.act(swing(arm.state().positions, joint, 0.6, 1.0), rate=RATE)
+        assert decision.outcome is not ActionOutcome.AS_GIVEN
+        assert words in decision.reason
+
+
 def test_actions_that_come_to_rest_at_a_position_limit_pass_as_given(free: to.Scene) -> None:
     joints, robot = free.robot.group(GROUP).joints, free.robot
     place = robot.joint_names.index(joints[0])

@@ -27,6 +27,9 @@ from trajopt.values.errors.arguments import checked, checked_class
 from trajopt.values.placement import Placement
 from trajopt.values.trajectory import Trajectory
 from trajopt.verify import Verdict
+from trajopt.verify.checks.limits import LimitCriterion
+from trajopt.verify.checks.required import RequirementCriterion
+from trajopt.verify.checks.torques import TorqueCriterion
 
 RATES = (1.0, 0.5, 0.25)
 """Rates at which the actions are tried, the next if no motion along them is within the limits."""
@@ -45,7 +48,12 @@ LARGEST = 1e6
 """Largest position of an action [rad | m]."""
 REHEARSED = 1e-3
 """Motion of each joint in the rehearsal before the first decision [rad | m]."""
-UNPROVEN = "the motion is not proven to keep clearances, limits and path constraints"
+KEPT: dict[object, str] = {
+    LimitCriterion: "the limits of the joints",
+    TorqueCriterion: "the torque limits",
+    RequirementCriterion: "the path constraints",
+}
+"""Names of what a motion does not keep, by criterion; others are about clearances."""
 FAILURES = {EventKind.FAULT, EventKind.OFF_TRACK}
 STEP, STEPS = 0.01, 4
 """Time step of the motion nearest to the actions [s], and its number of steps: two control cycles of 50 Hz,
@@ -392,7 +400,8 @@ def _outcome(motion: ActionMotion, count: int, rate: float, actions: ActionChunk
 def _why(verdict: Verdict) -> str:
     contact = verdict.contact
     if contact is None:
-        return UNPROVEN
+        assert verdict.failed is not None
+        return f"the motion is not proven to keep {KEPT.get(verdict.failed, 'the clearances')}"
     bodies = f"{contact.first} and {contact.second}"
     return f"{bodies} would be too near to each other at {contact.time:.2f} s of the motion"
 
