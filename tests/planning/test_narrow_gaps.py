@@ -9,6 +9,7 @@ import pytest
 import trajopt as to
 from tests.planning.test_required_clearance import RADIUS, slide
 from trajopt.optimise.methods import METHODS
+from trajopt.planning.goal_search import Candidate, attempt
 
 START, GOAL = {"x": -0.5, "y": 0.0}, {"x": 0.5, "y": 0.0}
 
@@ -83,6 +84,21 @@ def test_a_margin_that_no_motion_keeps_gives_way_after_two_rounds(tmp_path: Path
     (remark,) = found.remarks
     assert "no motion keeps the margin of 30 mm between ball and" in remark
     assert "x has to pass" in remark and "give way to the default" in remark
+
+
+def test_a_margin_gives_way_where_the_judge_refuses_motions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before, only motions that the optimiser gave up let margins give way."""
+
+    def refused(candidate: Candidate) -> to.Result:
+        found = attempt(candidate)
+        return replace(found, status=to.Status.NOT_VERIFIED) if found.status is to.Status.STUCK else found
+
+    monkeypatch.setattr("trajopt.planning.search.attempt", refused)
+    problem = gap(tmp_path, 0.02, 0.0)
+    found = to.plan(replace(problem, scene=problem.scene.with_margin(0.03)))
+    assert found.verified and "give way to the default" in " ".join(found.remarks)
 
 
 def test_a_margin_gives_way_under_a_time_limit_too(tmp_path: Path) -> None:

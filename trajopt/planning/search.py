@@ -32,6 +32,8 @@ from trajopt.values.printed import in_degrees
 
 BEFORE_PROOF = 2
 """After this many failed rounds, planning looks for a proof that there is no path at all."""
+MARGINS_MAY_HELP = (Status.STUCK, Status.NOT_VERIFIED)
+"""Failures that smaller margins may prevent."""
 FEW_JOINTS = 2
 """Links with at most so many joints between them are almost next to each other."""
 ENDED = {
@@ -115,7 +117,7 @@ class PlanSearch:
         self.remarks = (*turns, *margins)
         for problem, words, last in with_smaller_margins(self.problem):
             yield from self._rounds_until(last + bool(self.given))
-            stuck = any(goal.nearest and goal.nearest.status is Status.STUCK for goal in self.goals)
+            stuck = any(goal.nearest and goal.nearest.status in MARGINS_MAY_HELP for goal in self.goals)
             if not stuck or self.incumbent is not None or self.done:
                 return
             self.problem = problem
