@@ -342,3 +342,16 @@ def test_a_steady_speed_that_is_only_ramps_states_the_length_that_is_missing() -
     ramps = re.search(r"its ramps take ([\d.]+) mm and ([\d.]+) mm: lengthen the way", refused.reason)
     assert ramps is not None, refused.reason
     assert followed(*(1e-3 * float(length) for length in ramps.groups())).complete
+
+
+@pytest.mark.parametrize("steady", [0.001, 0.005])
+def test_a_speed_steadier_than_its_timing_is_refused_with_the_drop_that_suffices(steady: float) -> None:
+    def at_speed(drop: float) -> Followed:
+        speed = to.tool_speed(TCP, linear=0.01, steady=drop)
+        return followed(line(at(), at(y=0.1)), options=FollowOptions(tool_speed=(speed,)))
+
+    refused = at_speed(steady)
+    assert not refused.complete
+    stated = re.search(r"`steady=([\d.]+)`", refused.reason)
+    assert stated is not None, refused.reason
+    assert at_speed(float(stated[1])).complete
