@@ -8,6 +8,7 @@ import pytest
 from tests.cli.process import trajopt
 from tests.cli.test_commands import REQUEST, SCENE, common
 from tests.robots_for_tests import ODD_ARM
+from trajopt.files.bundle import read_bundle
 
 
 @pytest.fixture(scope="module")
@@ -20,6 +21,9 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = trajopt("plan", *common(path), "--save", path / "kept.trajopt")
     assert done.returncode == 0, done.stderr + done.stdout
     assert f"written to {path / 'kept.trajopt'}" in done.stdout
+    done = trajopt("plan", *common(path), "--out", path / "also.trajopt")
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert read_bundle(path / "also.trajopt").problem.group, "it was JSON, which no command reads"
     for name in ("odd.urdf", "scene.yaml", "request.yaml"):
         (path / name).unlink()
     return path / "kept.trajopt"

@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Iterator
+from importlib.metadata import version
 from typing import Annotated, get_args, get_origin
 
 import pytest
@@ -85,3 +86,8 @@ def test_some_options_have_units() -> None:
     """So that the tests above look at something."""
     assert {"--dwell", "--finish-by", "--time-budget"} <= set(floats("plan"))
     assert "--margin" in floats("sample") and "--cell" in floats("reach")
+
+
+def test_the_version_is_printed() -> None:
+    done = CliRunner().invoke(app_for(["--version"]), ["--version"])
+    assert done.exit_code == 0 and done.stdout.strip() == version("trajopt-planner")

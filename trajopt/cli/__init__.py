@@ -7,6 +7,8 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from importlib.metadata import version
+from typing import Annotated
 
 import typer
 
@@ -70,7 +72,19 @@ def command_named(name: str) -> Callable[..., None] | typer.Typer:
     return getattr(import_module(f"trajopt.cli.{COMMANDS[name]}"), name)
 
 
-def _whole() -> None:
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(version("trajopt-planner"))
+        raise typer.Exit
+
+
+VersionOption = Annotated[
+    bool,
+    typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit."),
+]
+
+
+def _whole(version: VersionOption = False) -> None:
     """Do nothing: with a single command, typer would drop its name from the command line."""
 
 

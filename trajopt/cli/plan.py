@@ -65,7 +65,10 @@ EveryOption = Annotated[
 WorkersOption = Annotated[
     int, typer.Option("--workers", min=1, help="Threads for all seeds after the straight line.")
 ]
-OutOption = Annotated[Path | None, typer.Option("--out", help="Write the plan here as JSON.")]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--out", help="Write the plan here as JSON, or a bundle (x.trajopt)."),
+]
 SaveOption = Annotated[
     Path | None,
     typer.Option("--save", help="Write a bundle here: one file for check, view and replay on any machine."),
@@ -131,7 +134,9 @@ def plan(
     explanation = result.explain(plan_again=True) if explain and not result.verified else None
     if explanation is not None:
         document["explanation"] = explanation.as_dict()
-    if out is not None:
+    if out is not None and out.suffix == ".trajopt":
+        result.save(out)
+    elif out is not None:
         write_json(out, document)
     if save is not None:
         result.save(save)
