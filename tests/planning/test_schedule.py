@@ -3,10 +3,13 @@
 from itertools import islice, pairwise
 from pathlib import Path
 
+import numpy as np
+
 import trajopt as to
 from tests.planning.walls import wall
 from tests.robots_for_tests import odd_arm
 from trajopt.optimise.solvers import Effort, SolverStatus
+from trajopt.planning.goal_search import ALIKE, BRANCHES, several
 from trajopt.planning.schedule import CYCLE, CYCLES, OPENING, rounds
 from trajopt.planning.seeds import SeedKind
 
@@ -50,3 +53,14 @@ def test_a_line_is_given_up_if_another_seed_may_follow(tmp_path: Path) -> None:
     for attempts, ended in ((1, SolverStatus.MAX_ITERATIONS), (2, SolverStatus.GIVEN_UP)):
         first = to.plan(problem, budget=to.Budget(attempts=attempts)).attempts[0]
         assert first.kind is SeedKind.STRAIGHT and first.solver is ended
+
+
+def test_goal_configurations_on_the_other_side_are_tried_too() -> None:
+    """Before, the twelve nearest were tried, and all those of a Jaco arm were behind a box."""
+    near = [np.array((0.01 * k, 0.0)) for k in range(40)]
+    other = [np.array((3.0, 0.1 * k)) for k in range(10)]
+    chosen = several([*near, *other], np.ones(2))
+    assert len(chosen) == BRANCHES
+    assert all(each is one for each, one in zip(chosen[:ALIKE], near, strict=False))
+    assert sum(each[0] == 3.0 for each in chosen) >= 2
+    assert several(other[:3], np.ones(2)) == other[:3]

@@ -45,14 +45,24 @@ class GoalBranch(Value):
     """One possible end of a motion.
 
     Attributes:
-        problem: With this end as its goal.
+        asked: The problem, whatever its goal.
+        end: The end, shape (n,) [rad | m]; None if it is free to change, or already the goal.
     """
 
     kind: SeedKind
-    problem: Problem
+    asked: Problem
     line: WaypointLine
     method: Method
+    end: Floats | None = None
     blocked: tuple[Blocked, ...] = ()
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The problem with this end as its goal."""
+        if self.end is None:
+            return self.asked
+        goal = dict(zip(self.asked.reduced.joint_names, self.end.tolist(), strict=True))
+        return replace(self.asked, goal=joint_positions(goal))
 
     @cached_property
     def program(self) -> Program:
@@ -78,8 +88,7 @@ def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method
         kind = SeedKind.BRANCH if number else SeedKind.STRAIGHT
         line = line_through(reduced, (reduced.start_positions, *way), problem.knots, least)
         there = pinned is None or np.array_equal(way[-1], pinned)
-        asked = problem if there and not chosen else _ending_at(problem, way[-1])
-        yield GoalBranch(kind, asked, line, method)
+        yield GoalBranch(kind, problem, line, method, None if there and not chosen else way[-1])
         if chosen and number == min(NEAREST, len(stops)) - 1:
             nearest = line_through(reduced, (reduced.start_positions, *stops[0]), problem.knots, least)
             yield GoalBranch(SeedKind.FREE_END, problem, nearest, method)
@@ -92,13 +101,30 @@ def _end_is_free(problem: Problem) -> bool:
     )
 
 
-def _ending_at(problem: Problem, positions: Floats) -> Problem:
-    goal = joint_positions(dict(zip(problem.reduced.joint_names, positions.tolist(), strict=True)))
-    return replace(problem, goal=goal)
-
-
 BRANCHES = 12
 """Most goal configurations to plan to."""
+ALIKE = 8
+"""The nearest of these; the others differ most from those: the nearest may all be on the wrong side."""
+
+
+def several(goals: Sequence[Floats], velocity: Floats) -> list[Floats]:
+    """Return some of many goal configurations, in their order.
+
+    Args:
+        goals: Nearest first, shape (n,) each [rad | m].
+        velocity: Limits that make distances of joints comparable, shape (n,) [rad/s | m/s].
+    """
+    every = np.array(goals) / velocity
+    chosen = list(range(min(ALIKE, len(goals))))
+    apart = np.full(len(goals), np.inf)
+    for place in chosen:
+        apart = np.minimum(apart, np.abs(every - every[place]).max(axis=1))
+    while len(chosen) < min(BRANCHES, len(goals)):
+        chosen.append(int(apart.argmax()))
+        apart = np.minimum(apart, np.abs(every - every[chosen[-1]]).max(axis=1))
+    return [goals[place] for place in sorted(chosen)]
+
+
 CLOSE_BEND = 0.15
 """Bends of lines around the best motion so far, in ordinary steps."""
 
@@ -195,7 +221,8 @@ class GoalSearch:
             waypoints = ends.waypoints(self.rng)
             if isinstance(waypoints, Result):
                 return waypoints
-            stops = [(*waypoints, goal) for goal in goals[:BRANCHES]]
+            chosen = several(goals, work.problem.limits.velocity)
+            stops = [(*waypoints, goal) for goal in chosen]
             self._branches = list(branches(work.problem, stops, self.choice.method))
         return None
 
