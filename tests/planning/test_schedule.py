@@ -1,5 +1,6 @@
 """The schedule is a table: what is tried, in which order, how many of each."""
 
+from dataclasses import replace
 from itertools import islice, pairwise
 from pathlib import Path
 
@@ -8,7 +9,9 @@ import numpy as np
 import trajopt as to
 from tests.planning.walls import wall
 from tests.robots_for_tests import odd_arm
+from trajopt.files.moveit import read_request, read_scene
 from trajopt.optimise.solvers import Effort, SolverStatus
+from trajopt.optimise.transcription import fixed_goal
 from trajopt.planning.goal_search import ALIKE, BRANCHES, several
 from trajopt.planning.schedule import CYCLE, CYCLES, OPENING, rounds
 from trajopt.planning.seeds import SeedKind
@@ -64,3 +67,17 @@ def test_goal_configurations_on_the_other_side_are_tried_too() -> None:
     assert all(each is one for each, one in zip(chosen[:ALIKE], near, strict=False))
     assert sum(each[0] == 3.0 for each in chosen) >= 2
     assert several(other[:3], np.ones(2)) == other[:3]
+
+
+def test_goal_configurations_are_searched_again_if_no_path_leads_to_those_found(shared_data: Path) -> None:
+    """Before, one configuration was found, and it is proven that no path leads to it."""
+    folder = shared_data / "motionbenchmaker" / "ur5"
+    robot = to.load(folder / "robot" / "ur5.urdf", srdf=folder / "robot" / "ur5.srdf")
+    scene = read_scene(folder / "table_pick" / "scene0007.yaml", robot)
+    asked = read_request(folder / "table_pick" / "request0007.yaml", scene).problem()
+    end = fixed_goal(asked)
+    assert end is not None
+    where = asked.scene.placement_of("ee_link", asked.reduced.all_positions(end))
+    point = to.frame_placement("ee_link", where, rotation_tolerance=np.inf)
+    assert len(to.goal_configurations(replace(asked, goal=point))) == 1
+    assert to.plan(replace(asked, goal=point)).verified

@@ -104,23 +104,32 @@ class EndpointChecks:
         finally:
             work.tracker.count_work(counts)
 
+    def more_goals(self, rng: np.random.Generator) -> Sequence[Floats]:
+        """Return goal configurations of a longer search, nearest first."""
+        if is_one(joint_box(self._wanted, self.workspace.problem.reduced)):
+            return ()
+        counts = WorkCounts()
+        try:
+            return self._search(MANY_STARTS, rng, counts).free
+        finally:
+            self.workspace.tracker.count_work(counts)
+
     def _candidates(self, rng: np.random.Generator, counts: WorkCounts) -> GoalCandidates:
-        work = self.workspace
-
-        def search(starts: int) -> GoalCandidates:
-            return goal_candidates(
-                work.problem.evaluator(work.problem.reduced, counts),
-                self._wanted,
-                rng=rng,
-                starts=starts,
-                effort=work.problem.limits.effort,
-                check=lambda: work.tracker.check(counts),
-            )
-
-        found = search(STARTS)
+        found = self._search(STARTS, rng, counts)
         nothing = not found.free and not found.overloaded and found.blocking is None
-        elsewhere = not is_one(joint_box(self._wanted, work.problem.reduced))
-        return search(MANY_STARTS) if nothing and elsewhere and not self._proofs else found
+        elsewhere = not is_one(joint_box(self._wanted, self.workspace.problem.reduced))
+        return self._search(MANY_STARTS, rng, counts) if nothing and elsewhere and not self._proofs else found
+
+    def _search(self, starts: int, rng: np.random.Generator, counts: WorkCounts) -> GoalCandidates:
+        work = self.workspace
+        return goal_candidates(
+            work.problem.evaluator(work.problem.reduced, counts),
+            self._wanted,
+            rng=rng,
+            starts=starts,
+            effort=work.problem.limits.effort,
+            check=lambda: work.tracker.check(counts),
+        )
 
     def _out_of_reach(self, rng: np.random.Generator, counts: WorkCounts, found: GoalCandidates) -> Result:
         work = self.workspace

@@ -8,6 +8,7 @@ from itertools import chain, islice, zip_longest
 import numpy as np
 
 from trajopt.geometry import WorkCounts
+from trajopt.optimise.kinematics.inverse import SAME
 from trajopt.optimise.methods import Choice, Method, Program
 from trajopt.optimise.solvers import Effort, SolverStatus
 from trajopt.optimise.terms import Acceleration, Clearance, Jerk, Velocity
@@ -199,6 +200,7 @@ class GoalSearch:
     goal_name: str = ""
     given: tuple[Floats, ...] = ()
     nearest: Result | None = None
+    _waypoints: Sequence[Floats] = ()
     _branches: list[GoalBranch] = field(default_factory=list[GoalBranch])
     _running: dict[SeedKind, Iterator[Candidate]] = field(default_factory=dict[SeedKind, Iterator[Candidate]])
     _seen: list[tuple[float, Candidate]] = field(default_factory=list[tuple[float, Candidate]])
@@ -222,9 +224,28 @@ class GoalSearch:
             if isinstance(waypoints, Result):
                 return waypoints
             chosen = several(goals, work.problem.limits.velocity)
+            self._waypoints = waypoints
             stops = [(*waypoints, goal) for goal in chosen]
             self._branches = list(branches(work.problem, stops, self.choice.method))
         return None
+
+    def widen(self) -> None:
+        """Search more goal configurations, since no path was found to the others."""
+        work = self.workspace
+        with work.tracker.stage("seed"):
+            ends = [branch.line.knots[-1] for branch in self._branches]
+            new = [
+                goal
+                for goal in EndpointChecks(work).more_goals(self.rng)
+                if min(float(np.abs(goal - end).max()) for end in ends) > SAME
+            ]
+            for goal in several(new, work.problem.limits.velocity) if new else ():
+                way = (work.problem.reduced.start_positions, *self._waypoints, goal)
+                line = line_through(work.problem.reduced, way, work.problem.knots, least_steps(work.problem))
+                branch = GoalBranch(SeedKind.BRANCH, work.problem, line, self.choice.method, goal)
+                self._branches.append(branch)
+            if new:
+                self._running.pop(SeedKind.SAMPLED, None)
 
     @property
     def travel(self) -> float:

@@ -127,19 +127,18 @@ class PlanSearch:
 
     def _rounds_until(self, last: int | None) -> Iterator[list[Candidate]]:
         """Yield the candidates of each round; if there is no motion, only up to the last round."""
-        for goal in self.goals:
-            refusal = self._refusals.get(goal.goal_name) or goal.prepare()
-            if refusal is not None:
-                self._refusals[goal.goal_name] = refusal
-        open_ones = [goal for goal in self.goals if goal.goal_name not in self._refusals]
-        nearest_first = sorted(open_ones, key=lambda goal: goal.travel)
+        nearest_first = self._prepared()
         budget = self.tracker.budget
+        opened = len(OPENING) + bool(self.given)
         for number, rows in enumerate(rounds(bounded=budget.bounded, given=bool(self.given))):
-            if number == len(OPENING) + bool(self.given) and not budget.bounded:
+            if number == opened and not budget.bounded:
                 # A cycle looks for ways through; a motion that is late has one.
                 nearest_first = [goal for goal in nearest_first if not goal.late]
             if not nearest_first or (number == last and self.incumbent is None):
                 return
+            if number == opened and self.incumbent is None:
+                for goal in nearest_first:
+                    goal.widen()
             candidates = [item for goal in nearest_first for item in goal.candidates(rows, self._best(goal))]
             left = None if self._most is None else self._most - len(self.attempts)
             self._rounds += 1
@@ -151,6 +150,14 @@ class PlanSearch:
             excluded = {1: self._met_braking, BEFORE_PROOF: self._walled_in}.get(number + 1)
             if excluded is not None and self.incumbent is None and number + 1 != last:
                 nearest_first = [goal for goal in nearest_first if not excluded(goal)]
+
+    def _prepared(self) -> list[GoalSearch]:
+        for goal in self.goals:
+            refusal = self._refusals.get(goal.goal_name) or goal.prepare()
+            if refusal is not None:
+                self._refusals[goal.goal_name] = refusal
+        open_ones = [goal for goal in self.goals if goal.goal_name not in self._refusals]
+        return sorted(open_ones, key=lambda goal: goal.travel)
 
     def in_threads(self, candidates: Sequence[Candidate]) -> bool:
         return self._rounds > 1 and min(self.tracker.budget.workers, len(candidates)) > 1
