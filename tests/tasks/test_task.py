@@ -587,6 +587,19 @@ def test_the_other_hand_does_not_place() -> None:
             Task(scene=scene, group=group, start="left_ready", stages=stages)
 
 
+def test_what_a_finger_carries_is_held_by_its_gripper() -> None:
+    """Before, a group that moves the fingers too was told that its hand does not hold the cup."""
+    panda = to.load("panda")
+    scene = to.Scene(panda).add(
+        "cup", to.Cylinder(0.02, 0.06), to.placement((0.0, -0.02, 0.045)), frame="panda_leftfinger"
+    )
+    hand = gripper_of(panda)
+    start = hand.opened(panda, panda.positions(), 0.04)
+    put = PlaceObject("cup", Place(placement=to.placement((0.5, 0.2, 0.03))), hand)
+    found = to.plan(Task(scene=scene, group="panda_arm_hand", start=start, stages=[put]))
+    assert not found.verified and "does not hold" not in found.reason
+
+
 def test_fingers_that_meet_something_are_refused_without_the_arm(
     cell: to.Scene, grasps: tuple[Grasp, ...]
 ) -> None:

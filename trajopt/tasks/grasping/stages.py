@@ -254,11 +254,10 @@ class PlaceObject(Value):
     def ways(self, search: TaskSearch, state: TaskState) -> Iterator[Way]:
         picked = _unfinished(state, self.object)[1]
         hand = picked.gripper if self.gripper is None and picked is not None else self.gripper
-        gripper, reduced = (
-            hand_of(state.scene, hand, search.group),
-            search.reduced(state.scene, state.positions),
-        )
-        if reduced.attachment(self.object)[0] != reduced.attachment(gripper.tool)[0]:
+        gripper = hand_of(state.scene, hand, search.group)
+        reduced, link = search.reduced(state.scene, state.positions), state.scene.holder(self.object).link
+        beside = reduced.attachment(link)[0] == reduced.attachment(gripper.tool)[0]
+        if not beside and link not in gripper.links:
             words = f"{shown(gripper.tool)} does not hold {shown(self.object)}: name the gripper that does"
             yield StageRefusal(self.name, Status.GRIPPER_CANNOT, words)
             return
