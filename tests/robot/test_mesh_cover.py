@@ -8,7 +8,7 @@ from scipy.spatial import ConvexHull
 
 from tests.robot.test_robot import tetrahedron
 from trajopt.robot import bodies
-from trajopt.robot.bodies import Cover, MeshPolicy, cover_file, cover_mesh
+from trajopt.robot.bodies import ConvexCover, Cover, MeshPolicy, convex_pieces, cover_file, cover_mesh
 from trajopt.robot.robot import Robot
 from trajopt.values.errors import MeshFileError
 from trajopt.values.shapes.mesh import Mesh, load_mesh
@@ -124,12 +124,11 @@ def test_only_large_meshes_of_large_robots_are_covered_less_finely(
     (file.parent / "crane.urdf").write_text(CRANE.format(0.5, reach))
     used: list[float] = []
 
-    def recorded(policy: MeshPolicy, mesh: Mesh) -> float:
-        used.append(tolerance_of(policy, mesh))
-        return used[-1]
+    def recorded(mesh: Mesh, *, hull_excess: float, tolerance: float) -> ConvexCover:
+        used.append(tolerance)
+        return convex_pieces(mesh, hull_excess=hull_excess, tolerance=tolerance)
 
-    tolerance_of = MeshPolicy.tolerance_of
-    monkeypatch.setattr(MeshPolicy, "tolerance_of", recorded)
+    monkeypatch.setattr(bodies, "convex_pieces", recorded)
     policy = None if given is None else MeshPolicy(tolerance=given)
     Robot.from_urdf(file.parent / "crane.urdf", meshes=policy)
     jib = 0.01 if given is None else given

@@ -47,10 +47,6 @@ class MeshPolicy:
     tolerance: float = 0.01
     large: float = 0.0
 
-    def tolerance_of(self, mesh: Mesh) -> float:
-        """Return the tolerance for a mesh [m]."""
-        return max(self.tolerance, min(self.large, float(np.ptp(mesh.vertices, axis=0).max()) / 20.0))
-
 
 FINE = 0.005
 """Tolerance of a robot's large meshes, as a share of its reach: a centimetre for two metres, longer than most
@@ -74,6 +70,11 @@ class Cover:
     coarse: bool = False
 
 
+def _tolerance(policy: MeshPolicy, mesh: Mesh) -> float:
+    longest = float(np.ptp(mesh.vertices, axis=0).max())
+    return max(policy.tolerance, min(policy.large, longest / 20.0))
+
+
 def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
     """Return the shapes that represent a mesh, and a note on them."""
     centre = mesh.vertices.mean(axis=0)
@@ -81,7 +82,7 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
         known = f"exact mesh of {len(mesh.faces)} triangles"
         doubt = closed_surface(mesh).note
         return Cover((mesh,), f"{known}; {doubt}" if doubt else known, centre)
-    tolerance = policy.tolerance_of(mesh)
+    tolerance = _tolerance(policy, mesh)
     cover = convex_pieces(mesh, hull_excess=policy.hull_excess, tolerance=tolerance)
     shapes = tuple(convex(piece) for piece in cover.pieces)
     if cover.method is CoverMethod.HULL:
