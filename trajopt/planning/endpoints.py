@@ -106,7 +106,7 @@ class EndpointChecks:
 
     def more_goals(self, rng: np.random.Generator) -> Sequence[Floats]:
         """Return goal configurations of a longer search, nearest first."""
-        if is_one(joint_box(self._wanted, self.workspace.problem.reduced)):
+        if self._is_one:
             return ()
         counts = WorkCounts()
         try:
@@ -117,8 +117,9 @@ class EndpointChecks:
     def _candidates(self, rng: np.random.Generator, counts: WorkCounts) -> GoalCandidates:
         found = self._search(STARTS, rng, counts)
         nothing = not found.free and not found.overloaded and found.blocking is None
-        elsewhere = not is_one(joint_box(self._wanted, self.workspace.problem.reduced))
-        return self._search(MANY_STARTS, rng, counts) if nothing and elsewhere and not self._proofs else found
+        if not nothing or self._is_one or self._proofs:
+            return found
+        return self._search(MANY_STARTS, rng, counts)
 
     def _search(self, starts: int, rng: np.random.Generator, counts: WorkCounts) -> GoalCandidates:
         work = self.workspace
@@ -223,6 +224,10 @@ class EndpointChecks:
     def _has_tolerance(self) -> bool:
         lower, upper = joint_box(self.workspace.problem.goals, self.workspace.problem.reduced)
         return bool((lower < upper).any())
+
+    @property
+    def _is_one(self) -> bool:
+        return is_one(joint_box(self._wanted, self.workspace.problem.reduced))
 
     @property
     def _last_stop(self) -> int:

@@ -190,7 +190,7 @@ class Robot(Value):
             frames: Further frames fixed to links, such as tool centre points, each a link and a
                 placement in it.
             meshes: How collision meshes become convex; if None within a centimetre, or for large meshes of
-                robots that reach more than two metres within a two hundredth of the reach.
+                robots that reach more than two metres within a two-hundredth of the reach.
             base: A moving base, made by `trajopt.bases`; a fixed base if None.
 
         Raises:

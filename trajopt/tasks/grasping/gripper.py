@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.geometry import evaluator
 from trajopt.robot.joints import LimitKind
+from trajopt.robot.loading.pinocchio_model import link_joint
 from trajopt.robot.loading.srdf import EndEffector
 from trajopt.robot.robot import Robot
 from trajopt.scene.reduced import ReducedModel
@@ -350,7 +351,8 @@ def _effector(robot: Robot, name: str | None, group: str) -> EndEffector:
             raise GripperError(robot.name, f"end effector {shown(name)} has no joint to close")
         return known[name]
     if len(known) > 1 and group:
-        moved = {key: _moved(robot, item, set(robot.group(group).joints)) for key, item in known.items()}
+        joints = set(robot.group(group).joints)
+        moved = {key: len(joints & joints_moving(robot, item.parent_link)) for key, item in known.items()}
         known = {key: known[key] for key, count in moved.items() if count == max(moved.values())}
     if len(known) != 1:
         reason = (
@@ -362,10 +364,9 @@ def _effector(robot: Robot, name: str | None, group: str) -> EndEffector:
     return next(iter(known.values()))
 
 
-def _moved(robot: Robot, effector: EndEffector, joints: set[str]) -> int:
-    """Return how many of some joints move an end effector."""
-    joint = robot.model.frames[robot.model.getFrameId(effector.parent_link)].parentJoint
-    return len(joints & {str(robot.model.names[each]) for each in robot.model.supports[joint]})
+def joints_moving(robot: Robot, link: str) -> set[str]:
+    model = robot.model
+    return {str(model.names[each]) for each in model.supports[link_joint(model, link)]}
 
 
 def _arm(robot: Robot, effector: EndEffector) -> str:

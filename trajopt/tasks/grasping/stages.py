@@ -13,7 +13,7 @@ from trajopt.problem.requirements import Requirement, frame_placement
 from trajopt.scene.reduced import ReducedModel
 from trajopt.scene.scene import Scene
 from trajopt.tasks.grasping.grasp import Grasp, Place, Straight
-from trajopt.tasks.grasping.gripper import Gripper, gripper_of
+from trajopt.tasks.grasping.gripper import Gripper, gripper_of, joints_moving
 from trajopt.tasks.grasping.straight import along_line, track_line, up, vector_of
 from trajopt.tasks.result import Handling
 from trajopt.tasks.search import Leg, TaskSearch, TaskState, Way, check_frames, held_objects
@@ -460,9 +460,7 @@ def hand_of(scene: Scene, given: Gripper | None, group: str) -> Gripper:
 def _check_moved(scene: Scene, gripper: Gripper, group: str) -> None:
     """Refuse a gripper that a group does not move."""
     robot, link = scene.robot, scene.holder(gripper.tool).link
-    joint = robot.model.frames[robot.model.getFrameId(link)].parentJoint
-    above = {str(robot.model.names[each]) for each in robot.model.supports[joint]}
-    if group and not above & {*robot.group(group).joints}:
+    if group and not joints_moving(robot, link) & {*robot.group(group).joints}:
         raise ProblemError(
             f"no joint of group {shown(group)} moves {shown(gripper.tool)}, the gripper's tool"
         )
