@@ -112,6 +112,8 @@ class UrController:
         """Take over two connections; https://sdurobotics.gitlab.io/ur_rtde describes them.
 
         Args:
+            control: `rtde_control.RTDEControlInterface`.
+            receive: `rtde_receive.RTDEReceiveInterface`.
             period: Time between commands [s]: 0.002 for e-Series, 0.008 for CB3.
             lookahead: Time over which the controller smooths the positions, 0.03 to 0.2 [s]; about the delay
                 of the arm.
@@ -242,6 +244,7 @@ class FrankaController:
         """Take over an arm at rest, and hold it; see https://timschneider42.github.io/franky.
 
         Args:
+            robot: `franky.Robot`.
             stiffness: Of each joint, shape (7,) [Nm/rad]; the damping is critical.
 
         Raises:

@@ -36,7 +36,7 @@ class RobotState(Value):
 class Executor(Protocol):
     """Drives a robot along motions on one clock.
 
-    Every motion ends at rest. `CommittedMotion`
+    Every motion ends at rest, so the robot comes to rest as proven if no further one comes. `CommittedMotion`
     holds the motion, checks splices, and returns the commanded positions.
     """
 
@@ -103,6 +103,7 @@ class GripperState(Value):
 
     Attributes:
         opening: Distance between the pads [m]; 0 for a suction cup.
+        moving: Whether the last command is not finished.
     """
 
     opening: float

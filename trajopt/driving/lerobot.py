@@ -73,6 +73,7 @@ class LeRobotController:
         """Take over a connected robot.
 
         Args:
+            motors: Feature -> its joint.
             resolution: Changes of a measured position up to this are noise [rad | m]; LeRobot's robots
                 measure no velocities, which are differences. A step of 12 bits is 1.5 mrad.
 
@@ -142,7 +143,7 @@ class GuardedArm:
     """A LeRobot robot behind a guard: actions in, and those that were really sent out.
 
     An action is reached after 1 / `fps` and the times of a decision and of two commands, so that the next
-    action comes before the robot brakes.
+    action comes before the robot brakes; so the arm is about 0.05 s behind the policy.
 
     Attributes:
         guard: The guard; `guard.see` reports the world.

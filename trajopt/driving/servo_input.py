@@ -349,6 +349,9 @@ class Gamepad:
     def __init__(self, number: int = 0, *, frame: str = WORLD) -> None:
         """Open it.
 
+        Args:
+            frame: Frame of the axes: "world", or the tool.
+
         Raises:
             MissingExtra: Without pygame-ce.
         """

@@ -156,6 +156,7 @@ class PointCloud(Value):
 
     Attributes:
         points: In the sensor's frame, shape (n, 3) [m]; may be empty.
+        positions: Of all joints of the robot at its time, shape (number of joints,) [rad | m].
         frame: "world", a link, a tool frame or an object of the scene.
         placement: Of the sensor in that frame.
         nearest: Nearer points are skipped [m], as are those beyond `farthest`.

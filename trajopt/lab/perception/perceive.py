@@ -95,7 +95,8 @@ def perceive(
 ) -> Perceived:
     """Add measurements to a scene, replacing the earlier object of that name.
 
-    Unseen space is free (`with_unseen` makes it solid). An empty cloud becomes a frame without a shape.
+    Proofs state the clearance from the measured points, each a ball of the cloud's radius. Unseen space
+    counts as free (`with_unseen` makes it solid). An empty cloud becomes a frame without a shape.
 
     Args:
         before: The earlier cloud, which stays except for places that an image now shows to be empty; None to
@@ -145,6 +146,7 @@ def with_unseen(
 
     Args:
         sensing: Parameters, with a workspace.
+        cell: Edge of the cubes [m].
 
     Raises:
         ProblemError: If there is no workspace, or no image.

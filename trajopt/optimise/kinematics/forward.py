@@ -51,6 +51,7 @@ def forward_kinematics(
     """Place a frame at one configuration or many.
 
     Args:
+        frame: Link, tool frame or object, attached or not.
         positions: Of the group's joints, shape (n,) or (S, n) [rad | m].
         reference: "world", link, tool frame or object that the frame is seen from.
         offset: Point of the frame to place, in the frame, shape (3,) [m].

@@ -132,6 +132,7 @@ def manipulability(
     """Push a motion away from singular configurations: a `Cost` that counts at every sample.
 
     Args:
+        frame: Link, tool frame or attached object.
         reference: Manipulability at which half of the cost is left, > 0.
         weight: Of the cost at a singularity.
         length: Length that a radian of rotation counts as [m]; 0 counts the origin's motion only.

@@ -87,6 +87,8 @@ def follows_curve(
     """Require a frame to follow a curve from its beginning, never backwards, at all times.
 
     Args:
+        frame: Link, tool frame or attached object.
+        curve: Curve in `reference`.
         position_tolerance: Largest distance from the location on the curve [m].
         rotation_tolerance: Largest angle from the orientation there [rad]; inf for any, 0.1 deg by default.
         until: Length to follow [m]; the whole curve by default.

@@ -230,6 +230,7 @@ def axis_alignment(
     """Keep an axis of a frame along a direction: `axis_alignment("cup", tolerance=0.1)` is upright.
 
     Args:
+        frame: Link, tool frame or attached object.
         axis: Axis in the frame, shape (3,), any length but zero.
         direction: Direction in `reference`, shape (3,), any length but zero.
         tolerance: Largest angle between the two, in (0, pi) [rad].

@@ -70,7 +70,7 @@ def joint_positions(
 ) -> JointPositions:
     """Require joints at given positions.
 
-    Unnamed joints are free: they end wherever the motion leads them.
+    Unnamed joints are free: they end wherever the motion leads them. Name them to keep them at the start.
 
     Args:
         positions: Joint -> position [rad | m]; at least one.

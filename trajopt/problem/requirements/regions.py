@@ -68,6 +68,7 @@ def position_in_region(
     tenth of its size, at most 5 mm: members between which the point passes should overlap by more than that.
 
     Args:
+        frame: Link, tool frame or attached object.
         region: One shape, or several with their placements.
         placement: Placement of the whole region in `reference`; identity by default.
         reference: "world", or the frame in which the region is placed; it may move.
@@ -105,6 +106,7 @@ def point_on_line(
     """Require a point of a frame on a line or segment, modelled as a thin cylinder.
 
     Args:
+        frame: Link, tool frame or attached object.
         through: Point of the line, or the middle of the segment, in `reference`, shape (3,) [m].
         direction: Direction of the line in `reference`, shape (3,), any length but zero.
         tolerance: Largest distance from the line [m].
@@ -134,6 +136,7 @@ def point_on_plane(
     """Require a point of a frame on a plane, modelled as a thin slab 50 m wide.
 
     Args:
+        frame: Link, tool frame or attached object.
         through: Point of the plane in `reference`, shape (3,) [m].
         normal: Normal of the plane in `reference`, shape (3,), any length but zero.
         tolerance: Largest distance from the plane, to either side [m].
